@@ -124,7 +124,7 @@ void programs(std::string_view bytes) {
 }
 
 void frame(std::string_view bytes) {
-  const auto line = nlohmann::ordered_json::parse(bytes, nullptr, false);
+  const Json line = Json::parse(bytes);
   if (line.is_object()) {
     static_cast<void>(lab::frame_from_line(line, {kName, 1}, std::nullopt));
   }

@@ -66,7 +66,8 @@ LAYERS = {
 }
 
 # A library whose headers cost more than what uses them -> the only file that may include them; others use its header.
-ONE_FILE = {"CLI/": "firmware/companion/command_line.cpp", "toml++/": "firmware/companion/files/text/toml_text.cpp"}
+ONE_FILE = {"CLI/": "firmware/companion/command_line.cpp", "toml++/": "firmware/companion/files/text/toml_text.cpp",
+            "nlohmann/": "firmware/companion/files/text/json.cpp"}
 
 # Parts that run before the first tick or beside it, on a host: they may use the whole library.
 HOST_PARTS = ("firmware/companion/", "hal/linux/", "hal/mock/")
@@ -173,6 +174,7 @@ def self_test():
         ("host_tests/lab/mpc/command.cpp", "#include <CLI/CLI.hpp>"),
         ("firmware/companion/command_line.h", "#include <CLI/App.hpp>"),
         ("host_tests/unit/x.cpp", "#include <toml++/toml.h>"),
+        ("host_tests/lab/x.cpp", "#include <nlohmann/json.hpp>"),
         ("firmware/est/x.cpp", "  return std::sin(x);"),
         ("firmware/est/x.cpp", "  throw 3;"),
         ("firmware/est/x.cpp", "  auto* p = new int;"),
@@ -181,6 +183,7 @@ def self_test():
         ("firmware/est/x.h", '#include "firmware/est/filter/kalman.h"'),
         ("firmware/est/x.h", "#include <array>"),
         ("firmware/companion/command_line.cpp", "#include <CLI/CLI.hpp>"),
+        ("firmware/companion/files/text/json.cpp", "#include <nlohmann/json.hpp>"),
         ("firmware/est/x.h", "// an import of goods"),
         ("host_tests/target/x.cpp", "#include M100_A_HEADER  // Deviation: the board decides"),
     ]

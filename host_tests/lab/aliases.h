@@ -32,7 +32,7 @@ inline std::string_view alias_of(std::string_view part) {
   return part;
 }
 
-/// A document of any version with every key, inner ones too, in today's form. Json is nlohmann::json or ordered_json.
+/// A document of any version with every key, inner ones too, in today's form. Json is Json or Json.
 template <typename Json>
 Json with_current_names(const Json& read) {
   if (read.is_array()) {

@@ -2,31 +2,34 @@
 #pragma once
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/input_error.h"
 
 namespace m100::lab {
 
-/// A JSON value as text. Bytes that are not UTF-8 (the bytes of a path may be anything) become the replacement
-/// character, so that an unprintable name does not lose the results.
-template <typename Json>
-std::string json_text(const Json& json, int indent = -1) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
-
 /// Writes the file of an option --json; does nothing if the option was not given. Errors: InputError if the file cannot
 /// be written completely.
-template <typename Json>
-void write_json(const std::string& file, const Json& json, int indent = 1) {
+inline void write_json(const std::string& file, const Json& json, int indent = 1) {
   if (file.empty()) {
     return;
   }
   std::ofstream out(file);
-  out << json_text(json, indent) << "\n";
+  out << json.dump(indent) << "\n";
   if (!out.flush()) {
     throw InputError(file, 0, "--json", "cannot be written");
+  }
+}
+
+/// Calls `use`, which reads values from a file's JSON. @throws InputError: a value is missing or has the wrong type.
+/// @param lacks the message's first words: why the file is not accepted.
+template <typename Use>
+auto of_json(const std::string& file, const char* lacks, const Use& use) {
+  try {
+    return use();
+  } catch (const JsonError& wrong) {
+    throw InputError(file, 0, "", lacks + std::string(": ") + wrong.what());
   }
 }
 

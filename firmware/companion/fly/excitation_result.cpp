@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/excitation_result.h"
 
-#include <nlohmann/json.hpp>
 #include <string>
 
 namespace m100::companion {
 
-nlohmann::json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& file) {
+Json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& file) {
   using State = ctl::Excitation<double>::State;
   const bool is_over = excitation.state() == State::kOver;
   const bool is_aborted = excitation.state() == State::kAborted;
-  nlohmann::json out{{"pieces", file.pieces.size()},
-                     {"flown", excitation.piece()},
-                     {"length_s", file.length_s()},
-                     {"from_s", core::seconds<double>(excitation.began().time_since_epoch())},
-                     {"to_s", core::seconds<double>(excitation.ended().time_since_epoch())},
-                     {"over", is_over},
-                     {"aborted", is_aborted}};
+  Json out{{"pieces", file.pieces.size()},
+           {"flown", excitation.piece()},
+           {"length_s", file.length_s()},
+           {"from_s", core::seconds<double>(excitation.began().time_since_epoch())},
+           {"to_s", core::seconds<double>(excitation.ended().time_since_epoch())},
+           {"over", is_over},
+           {"aborted", is_aborted}};
   if (is_aborted) {
     out["abort"] = {{"why", std::string(ctl::Excitation<double>::name(excitation.abort()))},
                     {"axis", std::string(name(excitation.axis()))},

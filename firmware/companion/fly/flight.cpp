@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 fly: flies a course with the flight controller, from the first pose to the handover.
 #include "firmware/companion/fly/flight.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/text/printable.h"
 
 #include <sched.h>
@@ -8,7 +9,6 @@
 
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 
@@ -167,7 +167,7 @@ SequencerInput received(const PosePort& port, GroundStationCommands& ground_stat
 }
 
 /// Prints the closing lines, writes the result, and closes the log, which may wait for the medium.
-void conclude(const FlyOptions& options, nlohmann::json result, const Controller& controller, const PosePort& pose,
+void conclude(const FlyOptions& options, Json result, const Controller& controller, const PosePort& pose,
               const FlightSequencer& sequencer, LiveDisplay& live, LineWriter& writer, std::optional<LogFile>& log) {
   writer.finish();
   live.finish();  // its status line must not mix with the closing lines
@@ -263,7 +263,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   core::set_assertion_handler(former);
   service.stop();
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
-  nlohmann::json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
+  Json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats());
   conclude(options, std::move(result), *controller, pose_port, sequencer, live, writer, log_file);
   return sequencer.given_back() && is_excited(files, *controller) && !sequencer.limit_cycle();

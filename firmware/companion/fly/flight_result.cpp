@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/flight_result.h"
 
-#include <nlohmann/json.hpp>
-
 #include "firmware/companion/fly/excitation_result.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
@@ -10,8 +8,8 @@
 namespace m100::companion {
 namespace {
 
-nlohmann::json steps_json(const FlightSequencer& sequencer, const safety::Limits& limits) {
-  nlohmann::json out = nlohmann::json::array();
+Json steps_json(const FlightSequencer& sequencer, const safety::Limits& limits) {
+  Json out = Json::array();
   for (const safety::FailsafeStep& step : sequencer.steps()) {
     TextLine seen;
     describe(seen, step.reason, step.seen, limits);
@@ -24,21 +22,21 @@ nlohmann::json steps_json(const FlightSequencer& sequencer, const safety::Limits
   return out;
 }
 
-nlohmann::json to_json(const TrackingError& error) {
+Json to_json(const TrackingError& error) {
   return {{"rms_m", error.rms_m()},
           {"max_m", error.max_m()},
           {"horizontal_rms_m", error.horizontal_rms_m()},
           {"vertical_rms_m", error.vertical_rms_m()}};
 }
 
-nlohmann::json to_json(const est::VibrationStatus& vibration) {
+Json to_json(const est::VibrationStatus& vibration) {
   return {{"rms_m_s2", vibration.rms_m_s2}, {"peak_m_s2", vibration.peak_m_s2}, {"clipped", vibration.clipped}};
 }
 
 }  // namespace
 
-nlohmann::json clock_steps_json(std::span<const ClockStep> steps) {
-  nlohmann::json out = nlohmann::json::array();
+Json clock_steps_json(std::span<const ClockStep> steps) {
+  Json out = Json::array();
   for (const ClockStep& step : steps) {
     out.push_back(
         {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
@@ -46,27 +44,27 @@ nlohmann::json clock_steps_json(std::span<const ClockStep> steps) {
   return out;
 }
 
-nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
-                             const app::FlightController<double>& controller, std::uint32_t stalls,
-                             const safety::Limits& limits) {
+Json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
+                   const app::FlightController<double>& controller, std::uint32_t stalls,
+                   const safety::Limits& limits) {
   const link::AuthorityView& authority = controller.link().authority();
   const est::Estimate<double>& estimate = controller.estimate();
-  nlohmann::json out{{"channel", options.channel},
-                     {"baud", options.baud},
-                     {"mode", name(orders.flight->mode)},
-                     {"obtained", sequencer.flew()},
-                     {"released", sequencer.given_back()},
-                     {"took_off", sequencer.took_off()},
-                     {"landed", sequencer.landed()},
-                     {"last_stage", safety::name(authority.stage)},
-                     {"last_reason", safety::name(authority.reason)},
-                     {"failsafe", steps_json(sequencer, limits)},
-                     {"checks_off", options.disabled_checks},
-                     {"stalls", stalls},
-                     {"tracking", to_json(sequencer.tracking())},
-                     {"vibration", to_json(sequencer.vibration())},
-                     {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
-                     {"health", companion::to_json(controller.link().health())}};
+  Json out{{"channel", options.channel},
+           {"baud", options.baud},
+           {"mode", name(orders.flight->mode)},
+           {"obtained", sequencer.flew()},
+           {"released", sequencer.given_back()},
+           {"took_off", sequencer.took_off()},
+           {"landed", sequencer.landed()},
+           {"last_stage", safety::name(authority.stage)},
+           {"last_reason", safety::name(authority.reason)},
+           {"failsafe", steps_json(sequencer, limits)},
+           {"checks_off", options.disabled_checks},
+           {"stalls", stalls},
+           {"tracking", to_json(sequencer.tracking())},
+           {"vibration", to_json(sequencer.vibration())},
+           {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
+           {"health", companion::to_json(controller.link().health())}};
   if (sequencer.limit_cycle()) {
     out["swinging"] = {{"t_s", core::seconds<double>(sequencer.limit_cycle()->now.time_since_epoch())},
                        {"height_rad", sequencer.limit_cycle()->limit_cycle.height_rad},
@@ -78,7 +76,7 @@ nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& order
   return out;
 }
 
-nlohmann::json ground_station_result(const GroundStationStats& heard) {
+Json ground_station_result(const GroundStationStats& heard) {
   return {{"goals", heard.goals},
           {"orders", heard.orders},
           {"orders_lost", heard.orders_lost},

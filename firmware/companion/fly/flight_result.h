@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_sequencer.h"
 #include "firmware/companion/fly/fly.h"
@@ -13,12 +13,11 @@ namespace m100::companion {
 
 /// The result of a flight for `fly --json`, in SI units.
 /// @param stalls ticks that came more than two periods after the one before
-nlohmann::json flight_result(const FlyOptions& options, const FlightFiles& files, const FlightSequencer& sequencer,
-                             const app::FlightController<double>& controller, std::uint32_t stalls,
-                             const safety::Limits& limits);
+Json flight_result(const FlyOptions& options, const FlightFiles& files, const FlightSequencer& sequencer,
+                   const app::FlightController<double>& controller, std::uint32_t stalls, const safety::Limits& limits);
 /// [{"at_s", "by_s"}]: when the clock of the source of pose was set, and by how much.
-nlohmann::json clock_steps_json(std::span<const ClockStep> steps);
+Json clock_steps_json(std::span<const ClockStep> steps);
 /// The counts of messages from the ground station.
-nlohmann::json ground_station_result(const GroundStationStats& heard);
+Json ground_station_result(const GroundStationStats& heard);
 
 }  // namespace m100::companion

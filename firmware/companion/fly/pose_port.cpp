@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/files/file_use.h"
@@ -197,7 +196,7 @@ std::string describe(const link::SignedLineStats& signatures) {
   return text.str();
 }
 
-nlohmann::json to_json(const link::SignedLineStats& signatures) {
+Json to_json(const link::SignedLineStats& signatures) {
   return {{"accepted", signatures.accepted},
           {"unsigned", signatures.unsigned_frames},
           {"wrong", signatures.wrong},
@@ -207,27 +206,27 @@ nlohmann::json to_json(const link::SignedLineStats& signatures) {
           {"full_ticks", signatures.interrupted}};
 }
 
-nlohmann::json pose_json(const link::PoseLink& link) {
-  nlohmann::json refused = nlohmann::json::object();
+Json pose_json(const link::PoseLink& link) {
+  Json refused = Json::object();
   for (std::size_t i = 1; i < link.stats().faults.size(); ++i) {
     if (link.stats().faults[i] > 0) {
       refused[std::string(link::kPoseFaultTexts[i].name)] = link.stats().faults[i];
     }
   }
-  nlohmann::json senders = nlohmann::json::array();
+  Json senders = Json::array();
   for (const link::PoseSenders::Sender& sender : link.senders().all()) {
     senders.push_back({sender.from.system, sender.from.component, sender.poses});
   }
   return {{"used", link.stats().poses}, {"refused", refused}, {"senders", senders}};
 }
 
-nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures) {
-  nlohmann::json out{{"poses", poses.poses},
-                     {"refused", poses.refused},
-                     {"refused_order", poses.refused_order},
-                     {"refused_senders", poses.refused_senders},
-                     {"lost_frames", poses.lost_frames},
-                     {"answers", poses.answers}};
+Json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures) {
+  Json out{{"poses", poses.poses},
+           {"refused", poses.refused},
+           {"refused_order", poses.refused_order},
+           {"refused_senders", poses.refused_senders},
+           {"lost_frames", poses.lost_frames},
+           {"answers", poses.answers}};
   if (signatures != nullptr) {
     out["signatures"] = to_json(*signatures);
   }

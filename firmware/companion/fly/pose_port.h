@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
@@ -11,6 +10,7 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/pose_options.h"
 #include "firmware/companion/files/signature_times_file.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/ground_station/mavlink_tap.h"
 #include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/link/pose/pose_link.h"
@@ -112,11 +112,11 @@ std::string describe(const link::PoseSenders& senders);
 std::string describe_refusals(const link::PoseLinkStats& poses);
 /// "0 frames signed with the key; refused: 12 unsigned, 3 with a wrong signature, ...".
 std::string describe(const link::SignedLineStats& signatures);
-nlohmann::json to_json(const link::SignedLineStats& signatures);
+Json to_json(const link::SignedLineStats& signatures);
 /// {"used", "refused": {reason: count}, "senders": [[system, component, count]]}.
-nlohmann::json pose_json(const link::PoseLink& link);
+Json pose_json(const link::PoseLink& link);
 /// The counts of poses and signatures. @param signatures may be null.
-nlohmann::json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
+Json to_json(const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
 void print(std::ostream& out, const link::PoseLinkStats& poses, const link::SignedLineStats* signatures);
 
 }  // namespace m100::companion

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <iomanip>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/text_file.h"
@@ -18,7 +17,7 @@ double milliseconds(core::Duration duration) { return core::seconds<double>(dura
 
 }  // namespace
 
-nlohmann::json to_json(const link::LinkHealth& health) {
+Json to_json(const link::LinkHealth& health) {
   return {{"telemetry_rate_hz", health.telemetry_rate_hz},
           {"packages", health.packages},
           {"telemetry_age_s", core::seconds<double>(health.telemetry_age)},
@@ -107,12 +106,12 @@ void print(std::ostream& out, const link::LinkHealth& health) {
   out << "\n" << std::defaultfloat;
 }
 
-void write_json(const std::string& path, const nlohmann::json& result) {
+void write_json(const std::string& path, const Json& result) {
   // The autopilot's version text may hold any bytes.
-  write_file(path, result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  write_file(path, result.sorted().dump(2) + "\n");
 }
 
-void write_result(const std::string& path, const nlohmann::json& result) {
+void write_result(const std::string& path, const Json& result) {
   try {
     if (!path.empty()) {
       write_json(path, result);

@@ -10,9 +10,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/subcommands.h"
 
@@ -92,35 +92,33 @@ LiveState live_state(const app::FlightController<double>& controller, const ref:
 }
 
 std::string json_of(const LiveState& state) {
-  const auto xyz = [](const std::array<double, 3>& v) {
-    return nlohmann::ordered_json{{"x", v[0]}, {"y", v[1]}, {"z", v[2]}};
-  };
-  const auto xy = [](const std::array<double, 2>& v) { return nlohmann::ordered_json{{"x", v[0]}, {"y", v[1]}}; };
-  return nlohmann::ordered_json{{"timestamp", state.t_s},
-                                {"failsafe_state", static_cast<int>(state.failsafe_state)},
-                                {"in_control", state.in_control ? 1 : 0},
-                                {"healthy", state.healthy ? 1 : 0},
-                                {"position_m", xyz(state.position_m)},
-                                {"velocity_m_s", xyz(state.velocity_m_s)},
-                                {"reference_m", xyz(state.reference_m)},
-                                {"tilt_rad", xy(state.tilt_rad)},
-                                {"yaw_rad", state.yaw_rad},
-                                {"command",
-                                 {{"roll_rad", state.command.roll_rad},
-                                  {"pitch_rad", state.command.pitch_rad},
-                                  {"climb_m_s", state.command.climb_m_s},
-                                  {"yaw_rate_rad_s", state.command.yaw_rate_rad_s}}},
-                                {"pose",
-                                 {{"age_s", state.pose_age_s},
-                                  {"latency_s", state.pose_latency_s},
-                                  {"jitter_s", state.pose_jitter_s},
-                                  {"taken", state.poses},
-                                  {"lost", state.poses_lost}}},
-                                {"link", {{"telemetry_hz", state.telemetry_hz}, {"age_s", state.telemetry_age_s}}},
-                                {"vibration_m_s2", state.vibration.rms_m_s2},
-                                {"vibration_peak_m_s2", state.vibration.peak_m_s2},
-                                {"vibration_clipped", state.vibration.clipped},
-                                {"battery_percent", state.battery_percent}}
+  const auto xyz = [](const std::array<double, 3>& v) { return Json{{"x", v[0]}, {"y", v[1]}, {"z", v[2]}}; };
+  const auto xy = [](const std::array<double, 2>& v) { return Json{{"x", v[0]}, {"y", v[1]}}; };
+  return Json{{"timestamp", state.t_s},
+              {"failsafe_state", static_cast<int>(state.failsafe_state)},
+              {"in_control", state.in_control ? 1 : 0},
+              {"healthy", state.healthy ? 1 : 0},
+              {"position_m", xyz(state.position_m)},
+              {"velocity_m_s", xyz(state.velocity_m_s)},
+              {"reference_m", xyz(state.reference_m)},
+              {"tilt_rad", xy(state.tilt_rad)},
+              {"yaw_rad", state.yaw_rad},
+              {"command",
+               {{"roll_rad", state.command.roll_rad},
+                {"pitch_rad", state.command.pitch_rad},
+                {"climb_m_s", state.command.climb_m_s},
+                {"yaw_rate_rad_s", state.command.yaw_rate_rad_s}}},
+              {"pose",
+               {{"age_s", state.pose_age_s},
+                {"latency_s", state.pose_latency_s},
+                {"jitter_s", state.pose_jitter_s},
+                {"taken", state.poses},
+                {"lost", state.poses_lost}}},
+              {"link", {{"telemetry_hz", state.telemetry_hz}, {"age_s", state.telemetry_age_s}}},
+              {"vibration_m_s2", state.vibration.rms_m_s2},
+              {"vibration_peak_m_s2", state.vibration.peak_m_s2},
+              {"vibration_clipped", state.vibration.clipped},
+              {"battery_percent", state.battery_percent}}
       .dump();
 }
 

@@ -2,7 +2,6 @@
 // m100 check: do the vehicle file, the gain table, the flight file, the course and the limits of the program agree?
 // Nothing flies.
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -11,6 +10,7 @@
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/operator/link_report.h"
@@ -62,8 +62,8 @@ void check_files(const CheckOptions& options) {
       .check();
 }
 
-nlohmann::json to_json(const std::vector<ConsistencyFinding>& all, Mode mode, bool agrees) {
-  nlohmann::json list = nlohmann::json::array();
+Json to_json(const std::vector<ConsistencyFinding>& all, Mode mode, bool agrees) {
+  Json list = Json::array();
   for (const ConsistencyFinding& finding : all) {
     list.push_back({{"check", finding.name}, {"holds", finding.holds}, {"what", finding.what}});
   }

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,7 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/board_checks.h"
@@ -112,8 +112,8 @@ std::vector<CheckResult> examine(const DoctorOptions& options, std::optional<Por
   return checks;
 }
 
-nlohmann::json to_json(const std::vector<CheckResult>& checks) {
-  nlohmann::json all = nlohmann::json::array();
+Json to_json(const std::vector<CheckResult>& checks) {
+  Json all = Json::array();
   for (const CheckResult& check : checks) {
     all.push_back(
         {{"name", check.name}, {"health", word(check.health)}, {"finding", check.finding}, {"remedy", check.remedy}});
@@ -189,7 +189,7 @@ void run(const DoctorOptions& options) {
     print(std::cout, line->health);
   }
   if (!options.json.empty()) {
-    nlohmann::json out = to_json(checks);
+    Json out = to_json(checks);
     if (line) {
       out.update(companion::to_json(*line));
     }

@@ -4,11 +4,11 @@
 
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/log_file.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
@@ -24,7 +24,7 @@ struct ReceivedState {
   bool mode_f = false;
   std::optional<bool> pose;  ///< no value: not examined
   link::LinkHealth health;
-  nlohmann::json pose_link{};
+  Json pose_link{};
   std::uint32_t stalls = 0;
 };
 
@@ -99,16 +99,16 @@ void print_result(const FlyOptions& options, const ReceivedState& seen) {
               << "\n";
   }
   print(std::cout, seen.health);
-  nlohmann::json out{{"dry_run", true},
-                     {"channel", options.channel},
-                     {"baud", options.baud},
-                     {"obtained", false},
-                     {"released", false},
-                     {"telemetry", seen.telemetry},
-                     {"mode_f", seen.mode_f},
-                     {"stalls", seen.stalls},
-                     {"bytes_sent", seen.health.bytes_sent},
-                     {"health", companion::to_json(seen.health)}};
+  Json out{{"dry_run", true},
+           {"channel", options.channel},
+           {"baud", options.baud},
+           {"obtained", false},
+           {"released", false},
+           {"telemetry", seen.telemetry},
+           {"mode_f", seen.mode_f},
+           {"stalls", seen.stalls},
+           {"bytes_sent", seen.health.bytes_sent},
+           {"health", companion::to_json(seen.health)}};
   if (seen.pose) {
     out["pose"] = *seen.pose;
     out["pose_link"] = seen.pose_link;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 handshake: start-up, control, neutral commands, release; on the bench, with the propellers off.
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
 #include "firmware/companion/backup/backup_process.h"
 #include "firmware/companion/backup/release.h"
 #include "firmware/companion/command_line.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
@@ -18,8 +18,6 @@
 
 namespace m100::companion {
 namespace {
-
-using nlohmann::json;
 
 struct Change {
   core::TimePoint at;
@@ -74,8 +72,8 @@ class Session final : public OperatorLog {
 
   /// Control was taken, held for its time or until a signal, and the transmitter has it.
   bool succeeded() const { return released_; }
-  json to_json() const {
-    json stages = json::array();
+  Json to_json() const {
+    Json stages = Json::array();
     for (const Change& change : changes_) {
       stages.push_back({{"t_s", seconds(change.at)},
                         {"stage", safety::name(change.stage)},
@@ -174,9 +172,9 @@ class Session final : public OperatorLog {
   std::vector<Change> changes_;
 };
 
-json result_of(const FlyOptions& options, const Session& session, const link::SerialLink& link,
+Json result_of(const FlyOptions& options, const Session& session, const link::SerialLink& link,
                const TickClock& clock) {
-  json out = session.to_json();
+  Json out = session.to_json();
   out.update({{"channel", options.channel},
               {"baud", options.baud},
               {"last_stage", safety::name(link.authority().stage)},

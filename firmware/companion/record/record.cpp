@@ -4,12 +4,12 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/log_file.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/fly.h"
 #include "firmware/companion/operator/link_report.h"
@@ -123,9 +123,9 @@ constexpr std::array kStreams{Recorder::kRc,    Recorder::kAttitude, Recorder::k
                               Recorder::kForce, Recorder::kPosition, Recorder::kStatus, Recorder::kPose};
 constexpr std::array<const char*, 4> kSticks{"roll", "pitch", "throttle", "yaw"};
 
-nlohmann::json to_json(const RecordOptions& options, const Session& session, const std::string& trouble) {
+Json to_json(const RecordOptions& options, const Session& session, const std::string& trouble) {
   const Recorder& recorder = session.recorder();
-  nlohmann::json streams, sticks;
+  Json streams, sticks;
   for (const Recorder::Stream stream : kStreams) {
     const Recorder::StreamStatistics& statistics = recorder.statistics(stream);
     streams[std::string(Recorder::name(stream))] = {{"samples", statistics.samples},
@@ -151,8 +151,8 @@ nlohmann::json to_json(const RecordOptions& options, const Session& session, con
           {"autopilot_restarts", recorder.restarts()},
           {"outages", session.outages()},
           {"poses_lost", pose != nullptr ? session.pose_link().stats().lost_frames : 0},
-          {"pose", pose != nullptr ? pose_json(session.pose_link()) : nlohmann::json{}},
-          {"signatures", signatures != nullptr ? companion::to_json(*signatures) : nlohmann::json{}},
+          {"pose", pose != nullptr ? pose_json(session.pose_link()) : Json{}},
+          {"signatures", signatures != nullptr ? companion::to_json(*signatures) : Json{}},
           {"bad_packages", recorder.bad_packages()},
           {"undecipherable", recorder.undecipherable()},
           {"frames", parser.frames},

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100 replay: feeds the same bytes at the same times through the same code.
 #include "firmware/companion/command_line.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/replay/replay.h"
 
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/companion/files/file_use.h"
@@ -42,8 +42,7 @@ std::string unlike_text(const ReplayResult& result) {
   return text + " (" + std::to_string(result.differences.size()) + " in all, counted from 0)";
 }
 
-nlohmann::json to_json(const ReplayOptions& options, const ReplayResult& result, const std::string& digest,
-                       bool is_same) {
+Json to_json(const ReplayOptions& options, const ReplayResult& result, const std::string& digest, bool is_same) {
   return {{"log", options.log},
           {"scalar", options.scalar},
           {"sha256", digest},

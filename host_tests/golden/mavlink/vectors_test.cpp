@@ -6,8 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/shared_files.h"
 #include "protocol/mavlink/messages.h"
@@ -16,8 +16,6 @@
 
 namespace m100::mavlink {
 namespace {
-
-using Json = nlohmann::json;
 
 std::vector<Json> read_vectors(const std::filesystem::path& path) {
   std::ifstream file(path);

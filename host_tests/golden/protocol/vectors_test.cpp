@@ -59,7 +59,7 @@ std::vector<std::byte> hex_of(const Json& vector, const char* key) {
 
 std::optional<protocol::Aes256>& cipher_of(const Json& vector, std::optional<protocol::Aes256>& cipher) {
   if (!vector.at("key_hex").is_null()) {
-    cipher.emplace(parse_key(vector.at("key_hex"), {}, "key_hex"));
+    cipher.emplace(parse_key(vector.at("key_hex").get<std::string>(), {}, "key_hex"));
   }
   return cipher;
 }

@@ -33,7 +33,7 @@ void EventFile::expect_written() const {
 }
 
 void EventFile::write_line(const Json& line) {
-  const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  const std::string text = line.dump() + '\n';
   if (!writer_.joinable()) {
     file_ << text << std::flush;
     return;

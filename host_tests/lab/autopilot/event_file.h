@@ -5,10 +5,10 @@
 #include <cstdint>
 #include <fstream>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/sim/autopilot/n1_autopilot.h"
 
 namespace m100::lab::autopilot {
@@ -35,8 +35,6 @@ class EventFile {
   void summarise(core::TimePoint now, const sim::N1Autopilot& autopilot, core::Duration longest_lag);
 
  private:
-  using Json = nlohmann::ordered_json;
-
   void write_line(const Json& line);
   void write_waiting(const std::stop_token& stop);
   void expect_written() const;

@@ -13,7 +13,6 @@
 #include <csignal>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -238,11 +237,11 @@ void run(const BridgeOptions& options) {
   std::cout << counts.sent << " poses passed on, " << counts.refused << " packets refused, " << counts.lost
             << " not sent, " << counts.asked << " time requests answered\n"
             << describe_refusals(counts);
-  write_json(options.json, nlohmann::ordered_json{{"packets", counts.packets},
-                                                  {"refused", counts.refused},
-                                                  {"sent", counts.sent},
-                                                  {"not_sent", counts.lost},
-                                                  {"answers", counts.asked}});
+  write_json(options.json, Json{{"packets", counts.packets},
+                                {"refused", counts.refused},
+                                {"sent", counts.sent},
+                                {"not_sent", counts.lost},
+                                {"answers", counts.asked}});
   if (counts.sent == 0) {
     throw companion::AnswerIsNo();
   }

@@ -2,10 +2,10 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/campaign/outcome.h"
 
 namespace m100::lab::campaign {

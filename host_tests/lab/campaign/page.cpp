@@ -3,7 +3,6 @@
 
 #include <iomanip>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "host_tests/lab/plot/charts.h"
@@ -13,8 +12,6 @@
 
 namespace m100::lab::campaign {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string number_of(const Json& value) { return value.is_null() ? "---" : plot::number(value.get<double>()); }
 

@@ -6,16 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "host_tests/lab/aliases.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/read_json.h"
+#include "host_tests/lab/json_file.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::campaign {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// The quantile, interpolated linearly between two ranks (the usual definition, type 7).
 double quantile(std::vector<double> values, double share) {
@@ -237,9 +235,8 @@ void require_whole(const Json& part, const std::string& path) {
 }
 
 Json read_part(const std::string& path) {
-  Json part = with_current_names(parse_json<Json>(whole_file(path)));
-  if (part.is_discarded() || !part.is_object() || !part.contains("campaign") || !part.contains("flown") ||
-      !part.at("flown").is_array()) {
+  Json part = with_current_names(Json::parse(whole_file(path)));
+  if (!part.is_object() || !part.contains("campaign") || !part.contains("flown") || !part.at("flown").is_array()) {
     throw InputError(path, 0, "", "is not a report of m100-lab campaign");
   }
   of_json(path, "is not a report of m100-lab campaign", [&] { require_whole(part, path); });

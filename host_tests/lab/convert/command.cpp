@@ -2,7 +2,6 @@
 // m100-lab convert: writes any readable log as CSV in canonical units on a uniform clock.
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -47,8 +46,8 @@ double end_of(const logs::FlightLog& log) {
   return last.start_s + static_cast<double>(last.end - 1 - last.begin) * log.period_s;
 }
 
-nlohmann::ordered_json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
-  nlohmann::ordered_json signals = nlohmann::ordered_json::array();
+Json to_json(const ConvertOptions& options, const logs::FlightLog& log) {
+  Json signals = Json::array();
   for (std::size_t i = 0; i < logs::kSignals; ++i) {
     if (log.has(static_cast<logs::Signal>(i))) {
       signals.push_back(logs::kSignalNames[i]);
@@ -71,7 +70,7 @@ void list(const ConvertOptions& options) {
   for (const std::string& name : names) {
     std::cout << printable(name) << "\n";
   }
-  write_json(options.json, nlohmann::ordered_json{{"log", options.log}, {"columns", names}});
+  write_json(options.json, Json{{"log", options.log}, {"columns", names}});
 }
 
 void run(const ConvertOptions& options) {

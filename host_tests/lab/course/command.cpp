@@ -5,7 +5,6 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <string>
@@ -86,9 +85,9 @@ Drawn draw(const std::string& file, const Options& options, const std::optional<
   return out;
 }
 
-nlohmann::ordered_json to_json(const Drawn& drawn) {
+Json to_json(const Drawn& drawn) {
   const course::Summary& s = drawn.summary;
-  const auto range = [](const companion::Range& r) { return nlohmann::ordered_json{r.low, r.high}; };
+  const auto range = [](const companion::Range& r) { return Json{r.low, r.high}; };
   return {{"course", drawn.file},
           {"flyable", drawn.why_not.empty()},
           {"why_not", drawn.why_not},
@@ -140,7 +139,7 @@ void run(const Options& options) {
   if (!options.out.empty()) {
     std::filesystem::create_directories(options.out);
   }
-  nlohmann::ordered_json all = nlohmann::ordered_json::array();
+  Json all = Json::array();
   bool flyable = true;
   for (const std::string& file : options.courses) {
     const Drawn drawn = draw(file, options, flight);
@@ -148,7 +147,7 @@ void run(const Options& options) {
     all.push_back(to_json(drawn));
     flyable = flyable && drawn.why_not.empty();
   }
-  write_json(options.json, nlohmann::ordered_json{{"courses", all}});
+  write_json(options.json, Json{{"courses", all}});
   if (!flyable) {
     throw companion::AnswerIsNo();
   }

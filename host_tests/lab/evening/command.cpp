@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "firmware/companion/command_line.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/evening/board.h"
 #include "host_tests/lab/evening/corrected_vehicle.h"
@@ -146,7 +146,7 @@ class Evening {
       why = !why.empty()                                             ? why
             : evening::result_of(folder_, step.makes.back()).empty() ? wrong
                                                                      : step.evaluate(folder_);
-    } catch (const nlohmann::json::exception&) {
+    } catch (const JsonError&) {
       why = wrong;
     }
     accept(step, why);

@@ -18,7 +18,7 @@ void take_drag(Folder& folder, const identify::UnseenFlight& course, companion::
   if (!folder.has("drag.toml") || !folder.has("flown_translation.json")) {
     return;
   }
-  const nlohmann::json answer = result_of(folder, "flown_translation.json");
+  const Json answer = result_of(folder, "flown_translation.json");
   const companion::VehicleFile found = companion::load_vehicle(folder.file("drag.toml"));
   const model::Vehicle with_drag = loop::with_channel(corrected.vehicle, found.vehicle, "translation");
   if (answer.at("verdict") == "unexplained" ||

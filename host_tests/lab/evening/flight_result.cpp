@@ -14,14 +14,12 @@
 #include "host_tests/lab/aliases.h"
 #include "host_tests/lab/flight/flight_series.h"
 #include "host_tests/lab/flight/tracking.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/raw_log.h"
-#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
 namespace {
-
-using nlohmann::json;
 
 constexpr std::string_view kTrackingMap = R"(time = "tick.timestamp"
 [signals]
@@ -37,14 +35,14 @@ yaw = "tick.pose_yaw"
 
 }  // namespace
 
-json result_of(const Folder& folder, const std::string& result) {
-  const json read = parse_json(whole_file(folder.file(result)));
-  return read.is_object() ? with_current_names(read) : json::object();
+Json result_of(const Folder& folder, const std::string& result) {
+  const Json read = Json::parse(whole_file(folder.file(result)));
+  return read.is_object() ? with_current_names(read) : Json::object();
 }
 
-std::pair<double, double> nominal(const json& result) {
+std::pair<double, double> nominal(const Json& result) {
   std::pair<double, double> out{0.0, 0.0};
-  for (const json& step : result.value("failsafe", json::array())) {
+  for (const Json& step : result.value("failsafe", Json::array())) {
     if (step.value("to", "") == "nominal" && out.first == 0.0) {
       out.first = step.value("t_s", 0.0);
     } else if (step.value("from", "") == "nominal") {

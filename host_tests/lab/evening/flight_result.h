@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/ctl/excitation.h"
 #include "host_tests/lab/evening/folder.h"
 #include "host_tests/lab/logs/flight_log.h"
@@ -16,10 +16,10 @@ namespace m100::lab::evening {
 inline constexpr double kSettled_s = 1.0;  ///< from the start of control; errors before are ignored
 
 /// The JSON object that the board's command wrote; empty if the file holds no JSON object.
-nlohmann::json result_of(const Folder& folder, const std::string& result);
+Json result_of(const Folder& folder, const std::string& result);
 
 /// From the first entry of the failsafe's state nominal to the last exit from it, in seconds on the log's clock.
-std::pair<double, double> nominal(const nlohmann::json& result);
+std::pair<double, double> nominal(const Json& result);
 
 /// From the excitation's first movement of this stick in the flight NAME to a second after its last, in seconds on the
 /// log's clock; (0, 0): the flight is not in the folder, or did not move it.

@@ -5,27 +5,22 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "firmware/core/sha256.h"
 #include "host_tests/lab/aliases.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/read_json.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
 namespace {
 
-using nlohmann::json;
-
 constexpr const char* kStateFile = "evening.json";
 constexpr const char* kFormat = "m100-evening-1";
 
-}  // namespace
-
-void to_json(nlohmann::json& json, const Settings& settings) {
-  json = {{"port", settings.port},
+Json to_json(const Settings& settings) {
+  return {{"port", settings.port},
           {"pose_port", settings.pose.port},
           {"baud", settings.baud},
           {"pose_baud", settings.pose.baud},
@@ -41,21 +36,28 @@ void to_json(nlohmann::json& json, const Settings& settings) {
 }
 
 /// An older folder lacks the keys that are read with a default.
-void from_json(const nlohmann::json& json, Settings& settings) {
-  json.at("port").get_to(settings.port);
-  json.at("pose_port").get_to(settings.pose.port);
-  json.at("baud").get_to(settings.baud);
-  json.at("pose_baud").get_to(settings.pose.baud);
-  settings.pose.from = json.value("pose_from", "");
-  settings.pose.set_points_from = json.value("set_points_from", "");
-  settings.pose.key_file = json.value("mavlink_key", "");
-  settings.pose.accept_clock = json.value("accept_clock", false);
-  json.at("app_id").get_to(settings.app_id);
-  json.at("flights").get_to(settings.flights);
-  json.at("key_file").get_to(settings.key_file);
-  json.at("m100").get_to(settings.m100);
-  json.at("keep_worse").get_to(settings.keep_worse);
+Settings settings_of(const Json& json) {
+  Settings out;
+  const auto read = [&json](const char* key, auto& value) {
+    value = json.at(key).get<std::remove_cvref_t<decltype(value)>>();
+  };
+  read("port", out.port);
+  read("pose_port", out.pose.port);
+  read("baud", out.baud);
+  read("pose_baud", out.pose.baud);
+  out.pose.from = json.value("pose_from", "");
+  out.pose.set_points_from = json.value("set_points_from", "");
+  out.pose.key_file = json.value("mavlink_key", "");
+  out.pose.accept_clock = json.value("accept_clock", false);
+  read("app_id", out.app_id);
+  out.flights = json.value("flights", 1);
+  read("key_file", out.key_file);
+  read("m100", out.m100);
+  out.keep_worse = json.value("keep_worse", false);
+  return out;
 }
+
+}  // namespace
 
 std::string sha256_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -100,19 +102,18 @@ Folder::Folder(const std::string& path) : path_(made(path)) {
     return;
   }
   try {
-    const json state = with_current_names(parse_json(whole_file(file(kStateFile))));
+    const Json state = with_current_names(Json::parse(whole_file(file(kStateFile))));
     if (state.at("format") != kFormat) {
       throw InputError(file(kStateFile), 0, "format", "is not " + std::string(kFormat));
     }
-    json settings{{"flights", 1}, {"keep_worse", false}};
-    settings.update(state.at("settings"));
-    settings.get_to(settings_);
-    state.at("done").get_to(done_);
-    state.at("numbers").get_to(numbers_);
+    settings_ = settings_of(state.at("settings"));
+    done_ = state.at("done").get<decltype(done_)>();
+    numbers_ = state.at("numbers").get<decltype(numbers_)>();
     for (const auto& [name, made] : state.at("files").items()) {
-      files_[name] = {made.at("sha256"), made.at("made_by"), made.at("from")};
+      files_[name] = {made.at("sha256").get<std::string>(), made.at("made_by").get<std::string>(),
+                      made.at("from").get<std::map<std::string, std::string>>()};
     }
-  } catch (const json::exception& wrong) {
+  } catch (const JsonError& wrong) {
     throw InputError(file(kStateFile), 0, "",
                      std::string("is not the state of an evening (") + wrong.what() +
                          "); without this file the evening begins anew, with the files that are there");
@@ -210,14 +211,15 @@ std::vector<std::string> Folder::look_for_changes() {
   return said;
 }
 
-void Folder::save(const json& next) const {
-  json made = json::object();
+void Folder::save(const Json& next) const {
+  Json made = Json::object();
   for (const auto& [name, one] : files_) {
     made[name] = {{"sha256", one.sha256}, {"made_by", one.made_by}, {"from", one.from}};
   }
-  const json state{{"format", kFormat}, {"settings", settings_}, {"done", done_},
-                   {"files", made},     {"numbers", numbers_},   {"next", next}};
-  write_file(file(kStateFile), state.dump(1) + "\n");
+  const Json state{{"format", kFormat},   {"settings", to_json(settings_)},
+                   {"done", done_},       {"files", made},
+                   {"numbers", numbers_}, {"next", next}};
+  write_file(file(kStateFile), state.sorted().dump(1) + "\n");
 }
 
 }  // namespace m100::lab::evening

@@ -3,12 +3,12 @@
 
 #include <cstdint>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "firmware/companion/files/pose_options.h"
+#include "firmware/companion/files/text/json.h"
 
 namespace m100::lab::evening {
 
@@ -69,7 +69,7 @@ class Folder {
   const std::map<std::string, double>& numbers() const { return numbers_; }
 
   /// Writes evening.json with write_file(). @param next the next step, for other programs.
-  void save(const nlohmann::json& next) const;
+  void save(const Json& next) const;
 
  private:
   /// Marks every step that used another version of the file as to be done again. @returns their names, quoted.

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/aliases.h"
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/evening/flight_result.h"
@@ -16,8 +16,6 @@
 
 namespace m100::lab::evening {
 namespace {
-
-using nlohmann::json;
 
 constexpr double kFull_counts = 660.0;       ///< of a stick pushed to its end
 constexpr double kMinMoved_counts = 60.0;    ///< to both sides, for roll and pitch: a fit cannot tell less from noise
@@ -50,7 +48,7 @@ bool is_flight_by_law(const Folder& folder) {
 }  // namespace
 
 std::string check_probe(const Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   const std::string verdict = result_json.value("verdict", "");
   return verdict == "autopilot"
              ? ""
@@ -61,12 +59,12 @@ std::string check_recording(const Folder& folder, const std::string& result) {
   if (is_flight_by_law(folder)) {
     return "hand.ulg is the log of a flight of m100 fly, in which the law moved the sticks: record a flight by hand";
   }
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   if (!result_json.value("recorded", false)) {
     return "nothing useful was recorded: " + result_json.value("trouble", "no reason given");
   }
   for (const char* const stick : {"roll", "pitch"}) {
-    const json& moved = result_json.at("sticks").at(stick);
+    const Json& moved = result_json.at("sticks").at(stick);
     if (moved.value("most_counts", 0.0) < kMinMoved_counts || moved.value("least_counts", 0.0) > -kMinMoved_counts) {
       return std::string("the ") + stick + " stick moved from " + rounded(moved.value("least_counts", 0.0)) + " to " +
              rounded(moved.value("most_counts", 0.0)) + " counts: move it by at least " +
@@ -78,7 +76,7 @@ std::string check_recording(const Folder& folder, const std::string& result) {
 
 std::string check_identification(Folder& folder, const std::vector<std::string>& answers, const std::string& name) {
   for (const std::string& answer : answers) {
-    const json result_json = result_of(folder, answer);
+    const Json result_json = result_of(folder, answer);
     const double fit = result_json.at("final").value("fit_percent", 0.0);
     const std::string axis = result_json.value("axis", answer);
     if (fit < kWorstFit_percent) {
@@ -97,9 +95,9 @@ std::string check_identification(Folder& folder, const std::vector<std::string>&
 }
 
 std::string check_margins(const Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   for (const char* const axis : {"x", "y"}) {
-    for (const json& margins : result_json.at("flown").at("its own structure").at(axis)) {
+    for (const Json& margins : result_json.at("flown").at("its own structure").at(axis)) {
       if (!margins.value("stable", false)) {
         return std::string("the loop of axis ") + axis + " is not stable with these weights; see " + result;
       }
@@ -109,7 +107,7 @@ std::string check_margins(const Folder& folder, const std::string& result) {
 }
 
 std::string check_handshake(const Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   return result_json.value("obtained", false) && result_json.value("released", false)
              ? ""
              : "control was " + std::string(result_json.value("obtained", false) ? "not given back" : "not obtained") +
@@ -117,11 +115,11 @@ std::string check_handshake(const Folder& folder, const std::string& result) {
 }
 
 std::string check_flight(const Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   if (!result_json.value("obtained", false) || !result_json.value("released", false)) {
     return check_handshake(folder, result);
   }
-  for (const json& step : result_json.value("failsafe", json::array())) {
+  for (const Json& step : result_json.value("failsafe", Json::array())) {
     const std::string cause = step.value("cause", "");
     if (cause == "given_back") {
       break;  // the states after this one belong to the normal release
@@ -207,7 +205,7 @@ std::string check_course(Folder& folder, const std::string& name) {
 }
 
 std::string check_excitation(Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   if (result_json.contains("swinging") && !is_weight_at_limit(folder)) {
     return increase_input_weight(
         folder, "the aircraft began to oscillate in the excitation");  // the log shows the loop, not the axis
@@ -215,7 +213,7 @@ std::string check_excitation(Folder& folder, const std::string& result) {
   if (!result_json.contains("excitation") || result_json.at("excitation").value("over", false)) {
     return check_flight(folder, result);
   }
-  const std::string why = result_json.at("excitation").value("abort", json::object()).value("why", "control was lost");
+  const std::string why = result_json.at("excitation").value("abort", Json::object()).value("why", "control was lost");
   std::string seen = "the excitation was not flown to its end (" + why + ")";
   if (why == "not_at_rest") {
     return increase_input_weight(folder, seen);
@@ -229,11 +227,11 @@ std::string check_excitation(Folder& folder, const std::string& result) {
 }
 
 std::string check_rates_excitation(Folder& folder, const std::string& result) {
-  const json result_json = result_of(folder, result);
+  const Json result_json = result_of(folder, result);
   const bool is_over = result_json.contains("excitation") && result_json.at("excitation").value("over", false);
   const std::string why = is_over ? check_flight(folder, result)
-                                  : result_json.value("excitation", json::object())
-                                        .value("abort", json::object())
+                                  : result_json.value("excitation", Json::object())
+                                        .value("abort", Json::object())
                                         .value("why", "control was lost");
   const bool was_flown_before = folder.numbers().contains(kRatesNotFlown) && folder.numbers().at(kRatesNotFlown) > 0.0;
   folder.set_number(kRatesNotFlown, why.empty() ? 0.0 : was_flown_before ? 2.0 : 1.0);

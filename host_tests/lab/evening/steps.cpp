@@ -2,11 +2,11 @@
 #include "host_tests/lab/evening/steps.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/step_checks.h"
 #include "host_tests/lab/whole_file.h"

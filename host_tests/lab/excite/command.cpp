@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -178,15 +177,15 @@ Made design_manoeuvre(const std::string& axis, const ExciteOptions& options, con
   return out;
 }
 
-nlohmann::json to_json(const Made& one) {
-  nlohmann::json json{{"axis", one.design.axis},
-                      {"amplitude_counts", one.manoeuvre.amplitude_counts},
-                      {"least_amplitude_counts", one.manoeuvre.min_amplitude_counts},
-                      {"in_parts", one.manoeuvre.in_parts},
-                      {"left_out", one.manoeuvre.left_out},
-                      {"farthest_m", one.manoeuvre.farthest_m},
-                      {"fence_m", one.design.fence_m},
-                      {"abort_brake_m_s2", one.design.brake_m_s2}};
+Json to_json(const Made& one) {
+  Json json{{"axis", one.design.axis},
+            {"amplitude_counts", one.manoeuvre.amplitude_counts},
+            {"least_amplitude_counts", one.manoeuvre.min_amplitude_counts},
+            {"in_parts", one.manoeuvre.in_parts},
+            {"left_out", one.manoeuvre.left_out},
+            {"farthest_m", one.manoeuvre.farthest_m},
+            {"fence_m", one.design.fence_m},
+            {"abort_brake_m_s2", one.design.brake_m_s2}};
   for (const excite::Forecast& effect : one.table) {
     json["forecast"].push_back({{"effect", effect.effect},
                                 {"size", effect.size},
@@ -232,11 +231,11 @@ void run(const ExciteOptions& options) {
     write_sticks(all, options.out);
   }
   if (!options.json.empty()) {
-    nlohmann::json json = to_json(all.front());  // the first axis also at the top level, as for a single axis
+    Json json = to_json(all.front());  // the first axis also at the top level, as for a single axis
     for (const Made& one : all) {
       json["axes"][one.design.axis] = to_json(one);
     }
-    write_json(options.json, json);
+    write_json(options.json, json.sorted());
   }
   // Not counted: a trim, which shows while the stick rests, and effects of the other stick, whose movement is assumed.
   const auto shows = [](const excite::Forecast& one) {

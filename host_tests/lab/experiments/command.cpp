@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/companion/command_line.h"
@@ -155,7 +154,7 @@ void exit_unless(bool all_flown) {
 void run_far(const ExperimentsOptions& options) {
   const std::vector<experiments::FarResult> results = experiments::fly_far(suite_of(options));
   experiments::print_far(std::cout, results);
-  write_json(options.json, experiments::far_to_json(results), 2);
+  write_json(options.json, experiments::far_to_json(results).sorted(), 2);
   exit_unless(experiments::not_flown(results) == 0);
 }
 
@@ -205,7 +204,7 @@ void run(const ExperimentsOptions& options) {
   if (suite.body != nullptr) {
     print_body(results, processor_s() - before_s);
   }
-  write_json(options.json, experiments::to_json(results), 2);
+  write_json(options.json, experiments::to_json(results).sorted(), 2);
   if (!options.report.empty()) {
     experiments::write_report(options.report, results, about(options));
     std::cout << "wrote " << printable(options.report) << "/experiments.html, and a page for each flight: "

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 namespace m100::lab::experiments {
@@ -109,7 +108,7 @@ Sums sum_of(const std::vector<FarResult>& results, double FarScore::*member) {
   return sums;
 }
 
-nlohmann::json or_null(const std::optional<double>& value) { return value ? nlohmann::json(*value) : nlohmann::json(); }
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 std::string row(const std::string& name, const Sums& overshoot, const Sums& iae, const Sums& settled) {
   char line[200];
@@ -228,16 +227,16 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results) {
   }
 }
 
-nlohmann::json far_to_json(const std::vector<FarResult>& results) {
+Json far_to_json(const std::vector<FarResult>& results) {
   const auto one = [](const FarScore& score, int seeds) {
-    const auto flown = [&](double value) { return score.flown > 0 ? nlohmann::json(value) : nlohmann::json(); };
-    return nlohmann::json{{"overshoot_m", flown(score.overshoot_m)},
-                          {"iae_m_s", flown(score.iae_m_s)},
-                          {"settled_s", flown(score.settled_s)},
-                          {"stayed", score.stayed},
-                          {"not_flown", seeds - score.flown}};
+    const auto flown = [&](double value) { return score.flown > 0 ? Json(value) : Json(); };
+    return Json{{"overshoot_m", flown(score.overshoot_m)},
+                {"iae_m_s", flown(score.iae_m_s)},
+                {"settled_s", flown(score.settled_s)},
+                {"stayed", score.stayed},
+                {"not_flown", seeds - score.flown}};
   };
-  nlohmann::json tasks = nlohmann::json::array();
+  Json tasks = Json::array();
   for (const FarResult& result : results) {
     tasks.push_back({{"name", result.task->name},
                      {"seeds", result.seeds},

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/experiments/results.h"
 
 namespace m100::lab::experiments {
@@ -56,6 +56,6 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results);
 ///    "lqr": {...}, "planned": {...}}],
 ///  "gain_overshoot": 0, "gain_iae": 0}. A gain is the share by which the sum of "mpc" is below that of "lqr",
 /// over the tasks that all three laws flew. Null: not flown. Each law also has "not_flown": flights without control.
-nlohmann::json far_to_json(const std::vector<FarResult>& results);
+Json far_to_json(const std::vector<FarResult>& results);
 
 }  // namespace m100::lab::experiments

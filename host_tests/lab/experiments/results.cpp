@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <iomanip>
-#include <nlohmann/json.hpp>
 
 namespace m100::lab::experiments {
 namespace {
@@ -128,10 +127,10 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
 }
 
 /// Null for a cell that was never flown: its error is unknown, not zero.
-nlohmann::json json_of(const Cell& cell, bool flown = true) {
-  nlohmann::json out;
+Json json_of(const Cell& cell, bool flown = true) {
+  Json out;
   for (const CellField& field : cell_fields()) {
-    out[field.name] = flown ? nlohmann::json(cell.*field.member) : nlohmann::json();
+    out[field.name] = flown ? Json(cell.*field.member) : Json();
   }
   return out;
 }
@@ -254,8 +253,8 @@ void print_more(std::ostream& out, const TaskResult& result) {
   out << "\n";
 }
 
-void put_comparison(const TaskResult& result, nlohmann::json& cell) {
-  nlohmann::json papers;
+void put_comparison(const TaskResult& result, Json& cell) {
+  Json papers;
   for (const Row& row : rows()) {
     if (paper_value(result, row) >= 0.0) {
       papers[std::string(row.name) + "_" + row.unit] = paper_value(result, row);
@@ -298,10 +297,10 @@ void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
   out << "\nCells above the paper's: " << cells_above_paper(results) << above_words(results) << "\n";
 }
 
-nlohmann::json to_json(const std::vector<TaskResult>& results) {
-  nlohmann::json out;
+Json to_json(const std::vector<TaskResult>& results) {
+  Json out;
   for (const TaskResult& result : results) {
-    nlohmann::json cell = json_of(result.mean, result.flown());
+    Json cell = json_of(result.mean, result.flown());
     cell["spread"] = json_of(result.spread, result.flown());
     cell["seeds"] = result.seeds;
     cell["not_flown"] = result.refused;
@@ -324,7 +323,7 @@ nlohmann::json to_json(const std::vector<TaskResult>& results) {
     }
     out[result.task->task][result.task->condition] = cell;
   }
-  out["cells_above_paper"] = results.empty() ? nlohmann::json() : nlohmann::json(cells_above_paper(results));
+  out["cells_above_paper"] = results.empty() ? Json() : Json(cells_above_paper(results));
   return out;
 }
 

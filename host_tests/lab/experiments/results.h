@@ -2,12 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/experiments/score.h"
 #include "host_tests/lab/experiments/tasks.h"
 
@@ -69,6 +69,6 @@ std::string above_words(const std::vector<TaskResult>& results);
 /// Prints the paper's results table side by side with ours.
 void print_table(std::ostream& out, const std::vector<TaskResult>& results);
 /// {"hover": {"calm": {...}, "wind": {...}}, ..., "cells_above_paper": 3}. The errors of a task never flown are null.
-nlohmann::json to_json(const std::vector<TaskResult>& results);
+Json to_json(const std::vector<TaskResult>& results);
 
 }  // namespace m100::lab::experiments

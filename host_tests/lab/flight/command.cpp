@@ -23,15 +23,15 @@ struct FlightOptions {
   std::string out, json, key_file, title, note;
 };
 
-nlohmann::json to_json(const Interval& one) { return {{"value", one.value}, {"low", one.low}, {"high", one.high}}; }
+Json to_json(const Interval& one) { return {{"value", one.value}, {"low", one.low}, {"high", one.high}}; }
 
 /// The page's numbers about tracking; null: the flight does not have the number.
-nlohmann::json flights_json(const std::vector<flight::FlightSeries>& flights) {
-  nlohmann::json out{{"flights", nlohmann::json::array()}};
+Json flights_json(const std::vector<flight::FlightSeries>& flights) {
+  Json out{{"flights", Json::array()}};
   std::vector<std::vector<flight::TrackingError>> errors;
   for (const flight::FlightSeries& one : flights) {
     errors.push_back(flight::tracking_errors(one));
-    nlohmann::json tracking;
+    Json tracking;
     if (!errors.back().empty()) {
       const flight::Tracking found = flight::tracking_of(errors.back());
       tracking = {{"rms_m", found.rms_m.value},
@@ -78,7 +78,7 @@ void run(const FlightOptions& options) {
     title += flights.size() > 1 ? " (before) and " + flights.back().name + " (after)" : "";
   }
   flight::flight_page(flights, title, options.note).write(options.out);
-  write_json(options.json, flights_json(flights));
+  write_json(options.json, flights_json(flights).sorted());
   std::cout << flight::error_sentence(flights) << "\nwrote " << printable(options.out) << "\n";
 }
 

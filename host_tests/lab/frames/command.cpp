@@ -17,8 +17,8 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/key_file.h"
-#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/aes256.h"
 #include "protocol/dji/frame_parser.h"
@@ -73,7 +73,7 @@ class Input {
   std::array<char, 65536> space_{};
 };
 
-void print(const Json& line) { std::cout << line.dump(-1, ' ', true, Json::error_handler_t::replace) << '\n'; }
+void print(const Json& line) { std::cout << line.dump(-1, true) << '\n'; }
 
 Json statistics(const protocol::FrameParser& parser) {
   const protocol::ParserStats& stats = parser.stats();
@@ -126,7 +126,7 @@ void encode(const FramesOptions& options) {
     if (text.find_first_not_of(" \t\r") == std::string::npos) {
       continue;
     }
-    const Json line = parse_json<Json>(text);
+    const Json line = Json::parse(text);
     if (!line.is_object()) {
       throw InputError(origin.file, origin.line, "", "is not a JSON object");
     }

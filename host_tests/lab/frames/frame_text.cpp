@@ -12,11 +12,9 @@
 namespace m100::lab {
 namespace {
 
-using nlohmann::ordered_json;
-
 class LineReader {
  public:
-  LineReader(const ordered_json& line, const LineOrigin& origin) : line_(line), origin_(origin) {}
+  LineReader(const Json& line, const LineOrigin& origin) : line_(line), origin_(origin) {}
 
   [[noreturn]] void fail(const std::string& key, const std::string& what) const {
     throw InputError(origin_.file, origin_.line, key, what);
@@ -60,7 +58,7 @@ class LineReader {
   const LineOrigin& origin() const { return origin_; }
 
  private:
-  const ordered_json& line_;
+  const Json& line_;
   const LineOrigin& origin_;
 };
 
@@ -98,7 +96,7 @@ protocol::CipherKey parse_key(const std::string& hex, const LineOrigin& origin, 
   return key;
 }
 
-std::vector<std::byte> frame_from_line(const ordered_json& line, const LineOrigin& origin,
+std::vector<std::byte> frame_from_line(const Json& line, const LineOrigin& origin,
                                        const std::optional<protocol::CipherKey>& key) {
   const LineReader reader(line, origin);
   const protocol::Envelope envelope{.session = static_cast<std::uint8_t>(reader.number("session", 31)),

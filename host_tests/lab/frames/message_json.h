@@ -2,15 +2,13 @@
 #pragma once
 
 #include <array>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "firmware/companion/files/text/json.h"
 #include "protocol/dji/frame.h"
 
 namespace m100::lab {
-
-using Json = nlohmann::ordered_json;
 
 /// A readable description of a message: its name and its values, with units in the keys.
 struct Description {

@@ -4,7 +4,6 @@
 namespace m100::lab {
 namespace {
 
-using Json = nlohmann::ordered_json;
 using protocol::Telemetry;
 using protocol::TelemetryItem;
 

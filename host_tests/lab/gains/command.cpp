@@ -8,7 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -83,7 +82,7 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Open
                     const GainsOptions& options) {
   const gains::MarginLimits& limits =
       mode_of(options.mode) == companion::Mode::kRobust ? gains::kRobustLimits : gains::kFieldLimits;
-  nlohmann::json all = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);
+  Json all = gains::report_flown(vehicle, structures, options.corners ? &limits : nullptr);
   all.update(gains::report_height_yaw(vehicle));
   const model::MpcWeights weights = model::controller_model(vehicle).mpc;
   all["weights"] = {{"position", weights.position},
@@ -91,7 +90,7 @@ void report_margins(const model::Vehicle& vehicle, const std::vector<gains::Open
                     {"tilt", weights.tilt},
                     {"input", weights.input},
                     {"input_rate", weights.input_rate}};
-  write_json(options.json, all);
+  write_json(options.json, all.sorted());
 }
 
 /// Writes the bytes, or with `check` compares them with the existing file. @returns false: they differ.

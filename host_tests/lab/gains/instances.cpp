@@ -5,21 +5,18 @@
 #include <cmath>
 #include <istream>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/read_json.h"
+#include "host_tests/lab/json_file.h"
 
 namespace m100::lab::gains {
 namespace {
-
-using Json = nlohmann::json;
 
 /// One line of the file. A function that cannot read its key throws InputError with the name of the key.
 class Record {
  public:
   Record(const std::string& text, std::string file, long line) : file_(std::move(file)), line_(line) {
-    json_ = parse_json(text);
+    json_ = Json::parse(text);
     if (!json_.is_object()) {
       fail("", "not a JSON object");
     }

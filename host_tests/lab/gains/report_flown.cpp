@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "firmware/core/maths.h"
@@ -11,7 +10,7 @@
 namespace m100::lab::gains {
 namespace {
 
-nlohmann::json to_json(const BoxPoint& of) {
+Json to_json(const BoxPoint& of) {
   return {{"structure", of.structure},
           {"axis", of.axis == Axis::kX ? "x" : "y"},
           {"channel", of.timing.by_sticks ? "virtual_rc" : "movement"},
@@ -23,8 +22,8 @@ nlohmann::json to_json(const BoxPoint& of) {
           {"at_rad_s", of.at_rad_s}};
 }
 
-nlohmann::json to_json(const AxisBox& box) {
-  const auto pair = [](const Range& range) { return nlohmann::json{range.low, range.high}; };
+Json to_json(const AxisBox& box) {
+  const auto pair = [](const Range& range) { return Json{range.low, range.high}; };
   return {{"gain", pair(box.gain)},
           {"frequency", pair(box.frequency)},
           {"damping", pair(box.damping)},
@@ -32,7 +31,7 @@ nlohmann::json to_json(const AxisBox& box) {
 }
 
 /// Prints and returns the worst margins over corners or box of one axis and channel, and whether they keep the limits.
-nlohmann::json report_worst(const WorstMargins& worst, const char* over, double max_peak, double min_delay_s) {
+Json report_worst(const WorstMargins& worst, const char* over, double max_peak, double min_delay_s) {
   const bool kept = worst.stable && worst.peak_sensitivity <= max_peak && worst.delay_margin_s >= min_delay_s;
   std::printf("  over %s: %s, %s%s\n", over, worst.peak_text().c_str(), worst.delay_text().c_str(),
               kept ? "" : ": NOT KEPT");
@@ -45,17 +44,17 @@ nlohmann::json report_worst(const WorstMargins& worst, const char* over, double 
 }
 
 /// Joins the box of one loop to that of all.
-void add_worst(const nlohmann::json& one, nlohmann::json& all) {
+void add_worst(const Json& one, Json& all) {
   all["points"] = all["points"].get<std::size_t>() + one["points"].get<std::size_t>();
   all["delay_margin_s"] = std::min(all["delay_margin_s"].get<double>(), one["delay_margin_s"].get<double>());
-  if (one["peak_sensitivity"] > all["peak_sensitivity"]) {
+  if (one["peak_sensitivity"].get<double>() > all["peak_sensitivity"].get<double>()) {
     all["peak_sensitivity"] = one["peak_sensitivity"];
     all["worst"] = one["worst"];
   }
 }
 
-nlohmann::json rows(const Eigen::MatrixXd& matrix) {
-  nlohmann::json out = nlohmann::json::array();
+Json rows(const Eigen::MatrixXd& matrix) {
+  Json out = Json::array();
   for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
     const Eigen::VectorXd row = matrix.row(i);
     out.push_back(std::vector<double>(row.data(), row.data() + row.size()));
@@ -64,8 +63,8 @@ nlohmann::json rows(const Eigen::MatrixXd& matrix) {
 }
 
 /// The controllers whose margins are reported, for an independent check.
-nlohmann::json controllers(const model::Vehicle& believed) {
-  nlohmann::json out;
+Json controllers(const model::Vehicle& believed) {
+  Json out;
   for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
     for (const auto& [channel, timing] : {std::pair{" virtual_rc", kVirtualRcTiming}, {" movement", kMovementTiming}}) {
       const FlownController controller(believed, axis, timing);
@@ -80,24 +79,24 @@ nlohmann::json controllers(const model::Vehicle& believed) {
 
 /// Reports corners and box of every structure, axis and channel into the cells of `flown`. @returns the worst of the
 /// whole box
-nlohmann::json report_boxes(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
-                            const MarginLimits& limits, nlohmann::json& flown) {
+Json report_boxes(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
+                  const MarginLimits& limits, Json& flown) {
   const MarginBox box(structures);
   MarginBox::Laws laws{believed};
-  nlohmann::json out{{"peak_sensitivity", 0.0}, {"delay_margin_s", 1e9}, {"points", 0}};
+  Json out{{"peak_sensitivity", 0.0}, {"delay_margin_s", 1e9}, {"points", 0}};
   bool kept = true;
   std::printf(
       "the box's grid: frequency, damping and delay as identified and at both ends, pose 0, 20 and 40 ms old, 201 "
       "frequencies from 0.3 rad/s; gain in closed form; refined round the worst point\n");
   for (std::size_t k = 0; k < structures.size(); ++k) {
     for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
-      nlohmann::json& cell = flown[structures[k].name][name];
+      Json& cell = flown[structures[k].name][name];
       for (const auto& [channel, by_sticks] : {std::pair{"virtual_rc", true}, {"movement", false}}) {
         const BoxSelection only{.structure = k, .axis = axis, .by_sticks = by_sticks};
-        const nlohmann::json& corners = cell["corners"][channel] =
+        const Json& corners = cell["corners"][channel] =
             report_worst(box.worst(laws, MarginBox::Extent::kCorners, only), "gain and frequency", limits.corner_peak,
                          limits.corner_delay_s);
-        nlohmann::json& whole = cell["box"][channel] =
+        Json& whole = cell["box"][channel] =
             report_worst(box.worst(laws, MarginBox::Extent::kBox, only), "the whole box", limits.box_peak, 0.0);
         whole["ranges"] = to_json(structures[k].box[axis == Axis::kX ? 0 : 1]);
         kept = kept && corners["kept"].get<bool>() && whole["kept"].get<bool>();
@@ -116,9 +115,8 @@ nlohmann::json report_boxes(const model::Vehicle& believed, const std::vector<Op
   return out;
 }
 
-nlohmann::json report_flown_axis(const model::Vehicle& believed, const OpenStructure& structure, const char* name,
-                                 Axis axis) {
-  nlohmann::json out;
+Json report_flown_axis(const model::Vehicle& believed, const OpenStructure& structure, const char* name, Axis axis) {
+  Json out;
   for (const auto& [channel, timing] : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
     const Margins margins = flown_margins_of(believed, structure.vehicle, axis, *timing);
     std::printf(
@@ -134,7 +132,7 @@ nlohmann::json report_flown_axis(const model::Vehicle& believed, const OpenStruc
 
 }  // namespace
 
-nlohmann::json margins_json(const Margins& margins) {
+Json margins_json(const Margins& margins) {
   return {{"stable", margins.stable},
           {"peak_sensitivity", margins.peak_sensitivity},
           {"gain_margin", margins.gain_margin},
@@ -144,9 +142,9 @@ nlohmann::json margins_json(const Margins& margins) {
           {"robust", is_robust(margins)}};
 }
 
-nlohmann::json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
-                            const MarginLimits* limits) {
-  nlohmann::json out;
+Json report_flown(const model::Vehicle& believed, const std::vector<OpenStructure>& structures,
+                  const MarginLimits* limits) {
+  Json out;
   for (const OpenStructure& structure : structures) {
     for (const auto& [name, axis] : {std::pair{"x", Axis::kX}, {"y", Axis::kY}}) {
       out["flown"][structure.name][name] = report_flown_axis(believed, structure, name, axis);

@@ -6,7 +6,6 @@
 #include <complex>
 #include <cstdio>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -132,7 +131,7 @@ Margins worst_corner(const MarginsAt& margins_at, const model::StickAxis& axis) 
   return worst;
 }
 
-nlohmann::json to_json(const Margins& of) {
+Json to_json(const Margins& of) {
   return {{"stable", of.stable},
           {"peak_sensitivity", of.peak_sensitivity},
           {"gain_margin", of.gain_margin},
@@ -149,8 +148,8 @@ void print(const char* name, const LoopTiming& timing, const char* where, const 
 
 }  // namespace
 
-nlohmann::json report_height_yaw(const model::Vehicle& vehicle) {
-  nlohmann::json out;
+Json report_height_yaw(const model::Vehicle& vehicle) {
+  Json out;
   for (const auto& one : {std::pair{"virtual_rc", &kVirtualRcTiming}, {"movement", &kMovementTiming}}) {
     const char* const channel = one.first;
     const LoopTiming* const timing = one.second;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "firmware/companion/files/text/json.h"
 #include "firmware/model/vehicle.h"
 
 namespace m100::lab::gains {
@@ -14,6 +13,6 @@ namespace m100::lab::gains {
 /// - Yaw: a continuous model about rest, L = K hold(s) axis(s) / s, without the observer. Its delay is the axis' own
 ///   plus 30 ms, the age of the pose and of the tick.
 /// @returns {"height": {"virtual_rc": {..., "corners": {...}}, "movement": {...}}, "yaw": {...}}
-nlohmann::json report_height_yaw(const model::Vehicle& vehicle);
+Json report_height_yaw(const model::Vehicle& vehicle);
 
 }  // namespace m100::lab::gains

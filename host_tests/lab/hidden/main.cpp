@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/hidden/confusion.h"
 #include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/logs/write_csv.h"
@@ -16,8 +16,8 @@
 namespace m100::lab::hidden {
 namespace {
 
-nlohmann::json to_json(const std::vector<Outcome>& outcomes) {
-  nlohmann::json out;
+Json to_json(const std::vector<Outcome>& outcomes) {
+  Json out;
   for (const Score& score : scores(outcomes)) {
     out["scores"].push_back(
         {{"what", score.what}, {"right", score.right}, {"count", score.count}, {"goal", score.goal}});
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape): out of 
   });
   print(outcomes, verbose);
   if (!json.empty()) {
-    std::ofstream(json) << to_json(outcomes).dump(1) << "\n";
+    std::ofstream(json) << to_json(outcomes).sorted().dump(1) << "\n";
   }
   if (!report.empty()) {
     write_page(report, outcomes);

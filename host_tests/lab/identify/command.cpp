@@ -29,7 +29,6 @@
 #include "host_tests/lab/logs/join.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
-#include "host_tests/lab/read_json.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -134,18 +133,18 @@ std::string base_names(const std::vector<std::string>& files) {
 }
 
 /// The file of --forecast; null: none was given. @throws InputError: it is not a forecast.
-nlohmann::json read_forecast(const IdentifyOptions& options) {
+Json read_forecast(const IdentifyOptions& options) {
   if (options.forecast.empty()) {
     return nullptr;
   }
-  nlohmann::json forecast = parse_json(whole_file(options.forecast));
+  Json forecast = Json::parse(whole_file(options.forecast));
   if (!forecast.is_object() || !forecast.contains("forecast")) {
     throw InputError(options.forecast, 0, "", "is not a forecast of m100-lab excite --json");
   }
   identify::IdentifyResult nothing;  // reads every value once before the work
   nothing.axis = options.axis;
   of_json(options.forecast, "is not a forecast of m100-lab excite --json", [&] {
-    if (const nlohmann::ordered_json one = identify::compare_with_forecast(forecast, nothing); !one.empty()) {
+    if (const Json one = identify::compare_with_forecast(forecast, nothing); !one.empty()) {
       static_cast<void>(identify::forecast_sentence(one));
     }
   });
@@ -154,11 +153,11 @@ nlohmann::json read_forecast(const IdentifyOptions& options) {
 
 /// Compares the forecast of the flight with its result; prints a sentence on stdout. Empty: there is no forecast, or
 /// it is for another axis.
-nlohmann::ordered_json compared(const nlohmann::json& forecast, const identify::IdentifyResult& result) {
+Json compared(const Json& forecast, const identify::IdentifyResult& result) {
   if (forecast.is_null()) {
     return {};
   }
-  nlohmann::ordered_json comparison = identify::compare_with_forecast(forecast, result);
+  Json comparison = identify::compare_with_forecast(forecast, result);
   if (!comparison.empty()) {
     comparison["text"] = identify::forecast_sentence(comparison);
     std::cout << "  forecast: " << printable(comparison["text"].get<std::string>()) << "\n";
@@ -216,12 +215,11 @@ void find_gaps(const identify::Request& request, identify::IdentifyResult& resul
   }
 }
 
-void write_result(const IdentifyOptions& options, const identify::IdentifyResult& result,
-                  const nlohmann::ordered_json& comparison) {
+void write_result(const IdentifyOptions& options, const identify::IdentifyResult& result, const Json& comparison) {
   if (options.json.empty()) {
     return;
   }
-  nlohmann::ordered_json answer = identify::to_json(result);
+  Json answer = identify::to_json(result);
   if (!comparison.empty()) {
     answer["forecast"] = comparison;
   }
@@ -308,7 +306,7 @@ void write_page(const IdentifyOptions& options, const identify::IdentifyResult& 
 
 void run(const IdentifyOptions& options) {
   check_files(options);
-  const nlohmann::json forecast = read_forecast(options);
+  const Json forecast = read_forecast(options);
   const logs::FlightLog log = load_all(options);
   check_gain_of_sticks(options, log);
   const std::optional<logs::FlightLog> other = load_other(options);
@@ -325,7 +323,7 @@ void run(const IdentifyOptions& options) {
   }
   identify::date_findings(request, result.findings);
   std::cout << identify::to_text(result);
-  const nlohmann::ordered_json comparison = compared(forecast, result);
+  const Json comparison = compared(forecast, result);
   write_result(options, result, comparison);
   write_page(options, result);
   if (!options.vehicle.empty() && !wrong.empty()) {

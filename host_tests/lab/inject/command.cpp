@@ -2,7 +2,6 @@
 // m100-lab inject: adds an effect to a measured flight, to test whether the analysis finds it.
 #include <cmath>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "firmware/companion/command_line.h"
@@ -52,16 +51,16 @@ hidden::HiddenEffects effects_of(const std::string& text, const std::string& axi
 
 void write_answer(const InjectOptions& options, const identify::ModelResult& fitted,
                   const hidden::HiddenEffects& effects) {
-  nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
+  Json parameters = Json::object();
   for (const identify::NamedValue& one : fitted.parameters) {
     parameters[one.name] = one.value;
   }
-  write_json(options.json, nlohmann::ordered_json{
-                               {"log", options.log},
-                               {"out", options.out},
-                               {"axis", options.axis},
-                               {"effects", effects},
-                               {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
+  write_json(options.json,
+             Json{{"log", options.log},
+                  {"out", options.out},
+                  {"axis", options.axis},
+                  {"effects", effects},
+                  {"declared", {{"structure", fitted.structure}, {"parameters", std::move(parameters)}}}});
 }
 
 void run(const InjectOptions& options) {

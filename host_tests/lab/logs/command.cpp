@@ -4,11 +4,11 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/proposal/example_map.h"
 #include "host_tests/lab/logs/proposal/propose.h"
@@ -51,15 +51,15 @@ void print(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topic
   }
 }
 
-nlohmann::ordered_json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics,
-                               double duration_s, const std::optional<logs::Proposal>& proposal) {
-  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+Json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& topics, double duration_s,
+             const std::optional<logs::Proposal>& proposal) {
+  Json list = Json::array();
   for (const logs::TopicSummary& topic : topics) {
-    nlohmann::ordered_json fields = nlohmann::ordered_json::array();
+    Json fields = Json::array();
     for (const std::string& field : topic.fields) {
       fields.push_back(printable(field));
     }
-    nlohmann::ordered_json stretches = nlohmann::ordered_json::array();
+    Json stretches = Json::array();
     for (const logs::Stretch& stretch : topic.stretches) {
       stretches.push_back({{"from_s", stretch.from_s}, {"to_s", stretch.to_s}, {"messages", stretch.samples}});
     }
@@ -74,8 +74,8 @@ nlohmann::ordered_json to_json(const logs::RawLog& log, const std::vector<logs::
                     {"stretches", std::move(stretches)},
                     {"fields", std::move(fields)}});
   }
-  nlohmann::ordered_json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
-                             {"topics", std::move(list)},     {"notes", log.notes()},   {"proposed", nullptr}};
+  Json out{{"file", printable(log.file())}, {"format", log.format()}, {"duration_s", duration_s},
+           {"topics", std::move(list)},     {"notes", log.notes()},   {"proposed", nullptr}};
   if (proposal) {
     out["proposed"] = {{"dialect", proposal->dialect}, {"map", proposal->toml}};
   }
@@ -120,9 +120,8 @@ void run(const LogsOptions& options) {
   print(*log, topics, to_s - from_s);
   const std::optional<logs::Proposal> proposal = logs::propose(*log);
   if (!options.json.empty()) {
-    const nlohmann::ordered_json out = to_json(*log, topics, to_s - from_s, proposal);
-    write_text(options.json, "--json",
-               out.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+    const Json out = to_json(*log, topics, to_s - from_s, proposal);
+    write_text(options.json, "--json", out.dump(1) + "\n");
   }
   if (!proposal) {
     std::printf(

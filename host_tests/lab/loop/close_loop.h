@@ -3,11 +3,11 @@
 
 #include <functional>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "host_tests/lab/experiments/results.h"
 #include "host_tests/lab/identify/output/result.h"

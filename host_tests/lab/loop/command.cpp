@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -69,7 +68,7 @@ void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
   const std::vector<loop::ModelScore> scores =
       loop::compare_models(loop, models, companion::load_vehicle(options.plant_from).vehicle);
   loop::print(std::cout, scores);
-  write_json(options.json, loop::to_json(scores), 2);
+  write_json(options.json, loop::to_json(scores).sorted(), 2);
 }
 
 void run(const LoopOptions& options) {
@@ -123,9 +122,9 @@ void run(const LoopOptions& options) {
     loop::write_page(result, page);
     std::cout << "wrote " << printable(page) << "\n";
   }
-  nlohmann::json json = loop::to_json(result);
+  Json json = loop::to_json(result);
   json["world"] = loop::world_numbers(loop.plant, loop.vehicle.vehicle);
-  write_json(options.json, json, 2);
+  write_json(options.json, json.sorted(), 2);
 }
 
 }  // namespace

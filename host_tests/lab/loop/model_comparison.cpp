@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
@@ -64,8 +63,8 @@ ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedMo
   return errors;
 }
 
-nlohmann::json json_of(const std::map<std::string, Interval>& intervals) {
-  nlohmann::json out = nlohmann::json::object();
+Json json_of(const std::map<std::string, Interval>& intervals) {
+  Json out = Json::object();
   for (const auto& [name, interval] : intervals) {
     out[name] = {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
   }
@@ -119,8 +118,8 @@ void print(std::ostream& out, const std::vector<ModelScore>& scores) {
   }
 }
 
-nlohmann::json to_json(const std::vector<ModelScore>& scores) {
-  nlohmann::json out = nlohmann::json::array();
+Json to_json(const std::vector<ModelScore>& scores) {
+  Json out = Json::array();
   for (const ModelScore& score : scores) {
     out.push_back({{"name", score.name},
                    {"prediction_1s", json_of(score.prediction_1s)},

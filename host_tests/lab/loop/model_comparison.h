@@ -2,11 +2,11 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <ostream>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/gains/tuning/tune.h"
 #include "host_tests/lab/loop/close_loop.h"
 #include "host_tests/lab/paired_errors.h"
@@ -38,6 +38,6 @@ std::vector<ModelScore> compare_models(const LoopOptions& options, const std::ve
 void print(std::ostream& out, const std::vector<ModelScore>& scores);
 /// [{"name", "prediction_1s": {QUANTITY: {"value", "low", "high"}}, "pose_m": {TASK: ...}, "horizontal_m": {TASK: ...},
 ///   "diverged": [...], "margins": {"stable", "peak_sensitivity", "delay_margin_s"}}]
-nlohmann::json to_json(const std::vector<ModelScore>& scores);
+Json to_json(const std::vector<ModelScore>& scores);
 
 }  // namespace m100::lab::loop

@@ -2,7 +2,6 @@
 #include "host_tests/lab/loop/ordered_margin.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 namespace m100::lab::loop {
 namespace {
@@ -49,8 +48,8 @@ bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& 
   return keeps(gains::margins_over(believed, {{"the corrected model", truth}}), order);
 }
 
-nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order) {
-  nlohmann::json out;
+Json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order) {
+  Json out;
   for (const auto& [name, axis] : {std::pair{"x", gains::Axis::kX}, {"y", gains::Axis::kY}}) {
     const gains::Margins margins = gains::flown_margins_of(believed, truth, axis, gains::kVirtualRcTiming);
     out[name] = {{"stable", margins.stable},

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/gains/tuning/tune.h"
 
 namespace m100::lab::loop {
@@ -33,6 +32,6 @@ bool keeps_ordered_margin(const model::Vehicle& believed, const model::Vehicle& 
 
 /// {"x": {"peak_sensitivity", "delay_margin_s", "gain_margin", "phase_margin_rad", "stable"}, "y": {...},
 ///  "ordered": whether the ordered margins are kept}: the law of `believed` on `truth`, as flown on Virtual RC.
-nlohmann::json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
+Json margins_on(const model::Vehicle& believed, const model::Vehicle& truth, const MarginOrder& order);
 
 }  // namespace m100::lab::loop

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "host_tests/lab/loop/trial_flights.h"
 
@@ -36,8 +35,8 @@ std::vector<double> root_mean(const std::vector<double>& sums, double cells) {
   return out;
 }
 
-nlohmann::json json_of(const PairedErrors& errors) {
-  const auto known = [](double value) { return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(); };
+Json json_of(const PairedErrors& errors) {
+  const auto known = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"flights", errors.flights},
           {"before_m", errors.before_m},
           {"after_m", errors.after_m},
@@ -73,8 +72,8 @@ std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::T
   return out;
 }
 
-nlohmann::json to_json(const PairedTask& task) {
-  nlohmann::json out = json_of(task.pose);
+Json to_json(const PairedTask& task) {
+  Json out = json_of(task.pose);
   out["horizontal"] = json_of(task.horizontal);
   out["vertical"] = json_of(task.vertical);
   return out;

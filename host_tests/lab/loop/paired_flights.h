@@ -2,10 +2,10 @@
 #pragma once
 
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/experiments/results.h"
 #include "host_tests/lab/paired_errors.h"
 
@@ -23,6 +23,6 @@ std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::T
 
 /// {"flights", "before_m", "after_m", "difference_m": {"value", "low", "high"}, "verdict"} of the pose, and the same
 /// under "horizontal" and "vertical". An interval that does not exist is null.
-nlohmann::json to_json(const PairedTask& task);
+Json to_json(const PairedTask& task);
 
 }  // namespace m100::lab::loop

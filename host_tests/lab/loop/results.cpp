@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/identify/output/result_text.h"
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
@@ -16,14 +16,14 @@
 namespace m100::lab::loop {
 namespace {
 
-nlohmann::json json_of(const identify::Prediction& prediction, std::size_t horizon) {
+Json json_of(const identify::Prediction& prediction, std::size_t horizon) {
   return {{"roll_rad", prediction.roll_rad[horizon]},     {"pitch_rad", prediction.pitch_rad[horizon]},
           {"position_m", prediction.position_m[horizon]}, {"velocity_m_s", prediction.velocity_m_s[horizon]},
           {"climb_m_s", prediction.climb_m_s[horizon]},   {"yaw_rate_rad_s", prediction.yaw_rate_rad_s[horizon]}};
 }
 
-nlohmann::json json_of(const LoopEvaluation& side) {
-  nlohmann::json out;
+Json json_of(const LoopEvaluation& side) {
+  Json out;
   out["experiments"] = experiments::to_json(side.experiments);
   constexpr std::array kNames{"prediction_0.2s", "prediction_0.5s", "prediction_1s", "prediction_2s"};
   for (std::size_t i = 0; i < kNames.size(); ++i) {
@@ -32,9 +32,9 @@ nlohmann::json json_of(const LoopEvaluation& side) {
   return out;
 }
 
-nlohmann::json paired_json(const std::vector<experiments::TaskResult>& before,
-                           const std::vector<experiments::TaskResult>& after) {
-  nlohmann::json out = nlohmann::json::object();
+Json paired_json(const std::vector<experiments::TaskResult>& before,
+                 const std::vector<experiments::TaskResult>& after) {
+  Json out = Json::object();
   for (const auto& [task, pairs] : compare_tasks(before, after)) {
     out[task] = to_json(pairs);
   }
@@ -102,18 +102,18 @@ std::vector<std::string> verdicts(const LoopResult& result) {
   return out;
 }
 
-nlohmann::json to_json(const LoopResult& result) {
-  nlohmann::json out;
-  out["believed_found"] = nlohmann::json::object();
+Json to_json(const LoopResult& result) {
+  Json out;
+  out["believed_found"] = Json::object();
   for (const auto& [channel, rows] : result.believed_found) {
-    out["believed_found"][channel] = nlohmann::json::parse(identify::to_json(rows).dump());
+    out["believed_found"][channel] = identify::to_json(rows);
   }
   out["taken_over"] = result.taken_over;
   out["predicted_worse"] = predicted_worse(result);
   out["before"] = json_of(result.before);
   out["after"] = json_of(result.after);
   for (const auto& [axis, found] : result.identified) {
-    out["identified"][axis] = nlohmann::json::parse(identify::to_json(found).dump());
+    out["identified"][axis] = identify::to_json(found);
   }
   out["decisions"] = result.decisions;
   if (const model::Vehicle& corrected = result.vehicle.vehicle; corrected.roll.is_identified()) {

@@ -16,7 +16,7 @@ inline constexpr const char* kNotKept =
     "NOT KEPT: a task is worse as flown. --out holds the former vehicle file, and its tables stay; --keep-worse takes "
     "the new one";
 void print(std::ostream& out, const LoopResult& result);
-nlohmann::json to_json(const LoopResult& result);
+Json to_json(const LoopResult& result);
 /// Two numbers in a printf format, at most 127 characters.
 std::string two_numbers(const char* format, double a, double b);
 

@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/loop/world_numbers.h"
 
-#include <nlohmann/json.hpp>
-
 #include "firmware/companion/files/vehicle_keys.h"
 
 namespace m100::lab::loop {
 namespace {
 
-nlohmann::json axis_numbers(const model::StickAxis& world, const model::StickAxis& vehicle, model::AxisUnit unit) {
+Json axis_numbers(const model::StickAxis& world, const model::StickAxis& vehicle, model::AxisUnit unit) {
   const model::StickAxis neutral;
-  nlohmann::json out = nlohmann::json::object();
+  Json out = Json::object();
   for (const companion::NumberKey<model::StickAxis>& key : companion::axis_keys(unit)) {
     const double in_world = world.*key.member;
     const double in_file = vehicle.*key.member;
@@ -24,7 +22,7 @@ nlohmann::json axis_numbers(const model::StickAxis& world, const model::StickAxi
 
 }  // namespace
 
-nlohmann::json world_numbers(const sim::Plant& world, const model::Vehicle& vehicle) {
+Json world_numbers(const sim::Plant& world, const model::Vehicle& vehicle) {
   return {{"roll", axis_numbers(world.roll, vehicle.roll, model::AxisUnit::kTilt_rad)},
           {"pitch", axis_numbers(world.pitch, vehicle.pitch, model::AxisUnit::kTilt_rad)},
           {"yaw_rate", axis_numbers(world.yaw_rate, vehicle.yaw_rate, model::AxisUnit::kYawRate_rad_s)},

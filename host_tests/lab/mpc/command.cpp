@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/mpc/horizontal_mpc.h"
 #include "host_tests/lab/gains/gain_tables.h"
 #include "host_tests/lab/gains/instances.h"
@@ -53,11 +53,11 @@ void print(const gains::Instance& instance, const mpc::Solution<T>& solution) {
   const std::size_t known = solution.path == mpc::Path::kSetpoint ? 1 : mpc::kHorizon;
   const std::vector<double> inputs(solution.input_slope.begin(),
                                    solution.input_slope.begin() + static_cast<long>(known));
-  const nlohmann::ordered_json line{{"id", instance.id},
-                                    {"u", inputs},
-                                    {"path", name(solution.path)},
-                                    {"changes", solution.changes},
-                                    {"kkt", static_cast<double>(solution.kkt_residual)}};
+  const Json line{{"id", instance.id},
+                  {"u", inputs},
+                  {"path", name(solution.path)},
+                  {"changes", solution.changes},
+                  {"kkt", static_cast<double>(solution.kkt_residual)}};
   std::printf("%s\n", line.dump().c_str());
 }
 

@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/plot/page_files.h"
 
 namespace m100::lab::plot {
@@ -24,7 +24,7 @@ std::string text_of(const std::string& folder, const char* name) {
 /// The words as a JSON string that cannot end the script element that holds it.
 std::string quoted(const std::string& words) {
   std::string out;
-  for (const char c : nlohmann::json(words).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) {
+  for (const char c : Json(words).dump()) {
     out += c == '<' ? std::string("\\u003c") : std::string(1, c);
   }
   return out;

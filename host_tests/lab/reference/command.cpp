@@ -5,7 +5,6 @@
 #include <charconv>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -17,6 +16,7 @@
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/flight_file.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/files/vehicle_keys.h"
 #include "firmware/mpc/generated/gain_table.h"
@@ -250,8 +250,6 @@ std::vector<Table> tables() {
   return {vehicle_table(), flight_table(), plant_table(), course_table(), script_table(), signal_table()};
 }
 
-using Json = nlohmann::ordered_json;
-
 /// All pages: the words of meanings.toml, joined to the tables. A key that has no meaning gets an empty one.
 Json all_pages() {
   Json pages;
@@ -266,7 +264,7 @@ Json all_pages() {
   }
   for (Json& page : pages) {
     for (Json& row : page["rows"]) {
-      row["meaning"] = page["meanings"][std::string(row["section"])].value(std::string(row["key"]), "");
+      row["meaning"] = page["meanings"][row["section"].get<std::string>()].value(row["key"].get<std::string>(), "");
     }
     page.erase("meanings");
   }
@@ -293,23 +291,23 @@ void print_table(const Json& columns, const std::vector<Json>& rows) {
       lines[i + 1].push_back(cell_of(rows[i]));
     }
   };
-  add("key", [](const Json& row) { return "`" + std::string(row["key"]) + "`"; });
+  add("key", [](const Json& row) { return "`" + row["key"].get<std::string>() + "`"; });
   for (std::size_t i = 0; i < columns.size(); ++i) {
     if (std::any_of(rows.begin(), rows.end(), [i](const Json& row) { return row["cells"][i] != "-"; })) {
-      add(columns[i], [i](const Json& row) { return std::string(row["cells"][i]); });
+      add(columns[i].get<std::string>(), [i](const Json& row) { return row["cells"][i].get<std::string>(); });
     }
   }
-  add("meaning", [](const Json& row) { return std::string(row["meaning"]); });
+  add("meaning", [](const Json& row) { return row["meaning"].get<std::string>(); });
   lines.insert(lines.begin() + 1, std::vector<std::string>(lines[0].size(), "---"));
   std::for_each(lines.begin(), lines.end(), print_line);
 }
 
 void print_page(const Json& page) {
-  std::cout << "# " << std::string(page["title"]) << "\n\n" << std::string(page["introduction"]) << "\n";
+  std::cout << "# " << page["title"].get<std::string>() << "\n\n" << page["introduction"].get<std::string>() << "\n";
   const Json& rows = page["rows"];
   for (auto first = rows.begin(), end = first; first != rows.end(); first = end) {
     end = std::find_if(first, rows.end(), [&](const Json& row) { return row["section"] != (*first)["section"]; });
-    std::cout << "\n## " << std::string((*first)["section"]) << "\n\n";
+    std::cout << "\n## " << (*first)["section"].get<std::string>() << "\n\n";
     print_table(page["columns"], {first, end});
   }
 }
@@ -327,7 +325,7 @@ void add_reference(companion::CommandLine& lab) {
   }
   command.add_option("page", *page, "page to print as Markdown; without it, all pages as JSON").one_of(names);
   command.callback([page] {
-    const nlohmann::ordered_json pages = reference::all_pages();
+    const Json pages = reference::all_pages();
     if (page->empty()) {
       std::cout << pages.dump(1) << "\n";
     } else {

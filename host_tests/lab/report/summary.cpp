@@ -4,31 +4,29 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "host_tests/lab/identify/output/result.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/plot/charts.h"
-#include "host_tests/lab/read_json.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::report {
 namespace {
-
-using nlohmann::json;
 
 /// Smaller growth of a prediction error is ignored: the choice of seeds alone changes it as much. Flown errors are
 /// judged by the loop's pairs of flights.
 constexpr double kNoticed = 1.02;
 
-json read(const std::string& file) {
+Json read(const std::string& file) {
   if (file.empty()) {
-    return json::object();
+    return Json::object();
   }
-  json out = parse_json(whole_file(file));
+  Json out = Json::parse(whole_file(file));
   if (!out.is_object()) {
     throw InputError(file, 0, "", "is not a result of m100-lab");
   }
-  return out;
+  return out.sorted();  // the page lists what a file holds in this order
 }
 
 std::string spaced(std::string name) {
@@ -42,10 +40,18 @@ const char* unit_of(const std::string& axis) {
   return axis == "climb" ? "m/s" : axis == "yaw_rate" ? "rad/s" : axis == "translation" ? "m/s^2" : "rad";
 }
 
+/// The value at a path ("/final/validation_rmse"); null if there is none.
+Json value_at(const Json& from, std::string_view path) {
+  const std::size_t end = std::min(path.find('/', 1), path.size());
+  return path.empty()       ? from
+         : from.is_object() ? value_at(from.value(path.substr(1, end - 1), Json()), path.substr(end))
+                            : Json();
+}
+
 /// The number at a path; negative if there is none.
-double number_at(const json& from, const std::string& path) {
-  const json::json_pointer place(path);
-  return from.contains(place) && from[place].is_number() ? from[place].get<double>() : -1.0;
+double number_at(const Json& from, const std::string& path) {
+  const Json value = value_at(from, path);
+  return value.is_number() ? value.get<double>() : -1.0;
 }
 
 /// Builds the first screen: rows with the errors before and after, and the goals that were not reached.
@@ -72,7 +78,7 @@ class Summary {
     of_json(sources_.experiments, kNone, [&] { paper(); });
     of_json(sources_.margins, kNone, [&] {
       for (const char* const loops : {"flown", "height", "yaw"}) {
-        margins(margins_.value(loops, json::object()), loops);
+        margins(margins_.value(loops, Json::object()), loops);
       }
     });
     page.begin_answer({{"Refused", refused_},
@@ -122,16 +128,16 @@ class Summary {
     }
   }
 
-  void identified(const json& one) {
+  void identified(const Json& one) {
     const std::string axis = one.value("axis", "");
     std::string names;
-    for (const json& effect : one.value("effects", json::array())) {
+    for (const Json& effect : one.value("effects", Json::array())) {
       names += (names.empty() ? "" : ", ") + spaced(effect.value("name", ""));
     }
     const bool unexplained = one.value("verdict", "") == "unexplained";
     names = !names.empty() ? names : unexplained ? "an effect that could not be named" : "nothing";
     found_ += (found_.empty() ? "" : "; ") + spaced(axis) + ": " + names;
-    for (const json& finding : one.value("findings", json::array())) {
+    for (const Json& finding : one.value("findings", Json::array())) {
       if (finding.value("certain", true) && std::ranges::count(identify::kMisreadings, finding.value("what", "")) > 0) {
         refused_ += (refused_.empty() ? "not fit to fly, because the log is misread: " : "; ") + spaced(axis) + ": " +
                     finding.value("text", "");
@@ -164,7 +170,7 @@ class Summary {
   }
 
   void loop_flights() {
-    const json before = loop_.value("/before/experiments"_json_pointer, json::object());
+    const Json before = value_at(loop_, "/before/experiments");
     for (const auto& [task, airs] : before.items()) {
       if (!airs.is_object()) {
         continue;
@@ -174,7 +180,7 @@ class Summary {
         const double was = number_at(before, path);
         const double is = number_at(loop_, "/after/experiments" + path);
         const auto is_worse = [&, name = task](const char* part) {
-          return loop_.value(json::json_pointer("/paired/" + name + part + "/verdict"), "") == "worse";
+          return value_at(loop_, "/paired/" + name + part + "/verdict") == "worse";
         };
         row("flown: " + spaced(task) + ", " + air + " [m]", was, is, "simulated",
             is_worse("/horizontal") || is_worse("/vertical") ? 1.0 : std::numeric_limits<double>::infinity());
@@ -210,22 +216,22 @@ class Summary {
 
   /// Adds the unstable loops in `of` to the missed goals: each channel, and with --corners the worst of corners and
   /// box.
-  void margins(const json& of, const std::string& name) {
+  void margins(const Json& of, const std::string& name) {
     if (!of.value("stable", true)) {
       missed_.push_back("a stable loop: " + name);
     }
     for (const auto& [key, inner] : of.items()) {
-      if (inner.is_structured()) {
+      if (inner.is_object() || inner.is_array()) {
         margins(inner, name + (name.empty() ? "" : ", ") + key);
       }
     }
   }
 
   const Sources& sources_;
-  std::vector<json> identified_;
-  json experiments_;
-  json loop_;
-  json margins_;
+  std::vector<Json> identified_;
+  Json experiments_;
+  Json loop_;
+  Json margins_;
   std::string found_, refused_, explained_;
   std::string flown_;  ///< on the flights of the loop's aircraft, and on those of the paper's tasks
   plot::BarChart bars_{.title = "Root mean square error before and after", .x_label = ""};

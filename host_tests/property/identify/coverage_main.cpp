@@ -9,10 +9,10 @@
 #include <exception>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/hidden/effect_sizes.h"
 #include "host_tests/lab/hidden/hidden_flight.h"
 #include "host_tests/lab/identify/axis_pipeline.h"
@@ -27,6 +27,7 @@
 namespace {
 
 namespace lab = m100::lab;
+using m100::Json;
 using m100::host_tests::SyntheticAxis;
 using Truth = std::map<std::string, double>;
 
@@ -164,7 +165,7 @@ int ask_excited(std::uint64_t seed, bool rates, bool verbose, Counts& counts) {
 
 /// @returns 1 if a parameter is not as stated.
 int report(const Counts& counts, int others, const std::string& file) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  Json rows = Json::array();
   std::printf("%-36s %6s %10s %16s %12s\n", "parameter (simulated)", "logs", "covered", "mean half width",
               "mean error");
   for (const auto& [name, count] : counts) {
@@ -180,7 +181,7 @@ int report(const Counts& counts, int others, const std::string& file) {
   }
   std::printf("%d logs were answered with another structure and are left out\n", others);
   if (!file.empty()) {
-    std::ofstream(file) << nlohmann::ordered_json{{"parameters", rows}, {"other_structure", others}}.dump(1) << "\n";
+    std::ofstream(file) << Json{{"parameters", rows}, {"other_structure", others}}.dump(1) << "\n";
   }
   const std::vector<std::string> offences = m100::host_tests::outside_limits(counts);
   for (const std::string& offence : offences) {

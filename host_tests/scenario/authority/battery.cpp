@@ -9,10 +9,10 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <ostream>
 #include <thread>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::authority {
@@ -277,33 +277,33 @@ std::string matrix(const std::vector<Result>& results) {
 }
 
 std::string to_json(const std::vector<Result>& results) {
-  nlohmann::json cases = nlohmann::json::array();
+  Json cases = Json::array();
   for (const Result& result : results) {
     const Case& flown = result.flown;
-    nlohmann::json one{{"fault", flown.fault->name},
-                       {"stage", kStageNames[static_cast<std::size_t>(flown.stage)]},
-                       {"group", kGroupNames[static_cast<std::size_t>(flown.fault->group)]},
-                       {"channel", flown.movement ? "movement" : "virtual_rc"},
-                       {"encrypted", flown.encrypted},
-                       {"real_time", flown.real_time},
-                       {"seed", flown.seed},
-                       {"passed", result.passed()},
-                       {"open", result.open},
-                       {"counted", result.verdict.counted},
-                       {"violations", result.verdict.violations},
-                       {"last_byte_after_loss_s", result.verdict.last_byte_after_loss_s},
-                       {"drift_m", result.verdict.drift_m}};
-    one["second"] = flown.second != nullptr ? nlohmann::json(flown.second->name) : nlohmann::json();
-    one["transmitter_after_s"] = result.verdict.returned_after_s == kNever_s
-                                     ? nlohmann::json()
-                                     : nlohmann::json(result.verdict.returned_after_s);
+    Json one{{"fault", flown.fault->name},
+             {"stage", kStageNames[static_cast<std::size_t>(flown.stage)]},
+             {"group", kGroupNames[static_cast<std::size_t>(flown.fault->group)]},
+             {"channel", flown.movement ? "movement" : "virtual_rc"},
+             {"encrypted", flown.encrypted},
+             {"real_time", flown.real_time},
+             {"seed", flown.seed},
+             {"passed", result.passed()},
+             {"open", result.open},
+             {"counted", result.verdict.counted},
+             {"violations", result.verdict.violations},
+             {"last_byte_after_loss_s", result.verdict.last_byte_after_loss_s},
+             {"drift_m", result.verdict.drift_m}};
+    one["second"] = flown.second != nullptr ? Json(flown.second->name) : Json();
+    one["transmitter_after_s"] =
+        result.verdict.returned_after_s == kNever_s ? Json() : Json(result.verdict.returned_after_s);
     cases.push_back(std::move(one));
   }
   const auto count = [&](auto&& condition) { return std::count_if(results.begin(), results.end(), condition); };
-  return nlohmann::json{{"cases", cases},
-                        {"flown", results.size()},
-                        {"passed", count([](const Result& r) { return r.passed(); })},
-                        {"open", count([](const Result& r) { return r.open && !r.passed(); })}}
+  return Json{{"cases", cases},
+              {"flown", results.size()},
+              {"passed", count([](const Result& r) { return r.passed(); })},
+              {"open", count([](const Result& r) { return r.open && !r.passed(); })}}
+      .sorted()
       .dump(1);
 }
 

@@ -38,22 +38,23 @@ bool Events::poll() {
 }
 
 void Events::take_line(std::string_view line) {
-  const nlohmann::json read = nlohmann::json::parse(line);
-  now_s_ = read.at("t_s");
-  const std::string what = read.at("what");
+  const Json read = Json::parse(line);
+  now_s_ = read.at("t_s").get<double>();
+  const std::string what = read.at("what").get<std::string>();
   if (what == "summary") {
     summary_ = read;
     return;
   }
   if (what == "truth") {
-    truths_.push_back({now_s_, read.at("x_m"), read.at("y_m"), read.at("z_m")});
+    truths_.push_back(
+        {now_s_, read.at("x_m").get<double>(), read.at("y_m").get<double>(), read.at("z_m").get<double>()});
     return;
   }
-  const std::string name = read.at("name");
+  const std::string name = read.at("name").get<std::string>();
   if (name == "transmitter_has_control" || name == "transmitter_lost_control") {
     changes_.push_back({now_s_, name == "transmitter_has_control"});
   }
-  events_.push_back({now_s_, what, name, read.at("value")});
+  events_.push_back({now_s_, what, name, read.at("value").get<double>()});
 }
 
 double Events::first_s(std::string_view what, std::string_view name) const {

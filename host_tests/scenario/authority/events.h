@@ -2,10 +2,11 @@
 #pragma once
 
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "firmware/companion/files/text/json.h"
 
 namespace m100::authority {
 
@@ -30,7 +31,7 @@ class Events {
 
   const std::vector<Event>& all() const { return events_; }
   /// The summary, which is the last line; null until it is written.
-  const nlohmann::json& summary() const { return summary_; }
+  const Json& summary() const { return summary_; }
   /// The time of the last line.
   double now_s() const { return now_s_; }
   /// Time of the first such event; infinity if there is none.
@@ -65,7 +66,7 @@ class Events {
   std::vector<Event> events_;
   std::vector<Change> changes_;
   std::vector<Truth> truths_;
-  nlohmann::json summary_;
+  Json summary_;
   double now_s_ = 0.0;
 };
 

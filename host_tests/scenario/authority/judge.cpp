@@ -175,7 +175,7 @@ class Judge {
   }
 
   void requests() {
-    const nlohmann::json& summary = events_.summary();
+    const Json& summary = events_.summary();
     if (summary.at("obtain_requests").get<std::size_t>() > kRequests) {
       object("requested control " + std::to_string(summary.at("obtain_requests").get<int>()) + " times");
     }
@@ -188,7 +188,7 @@ class Judge {
     if (times_.requests_to_the_other > 0) {
       object("requested control of another autopilot");
     }
-    const double spacing_s = summary.at("least_obtain_spacing_s");
+    const double spacing_s = summary.at("least_obtain_spacing_s").get<double>();
     const bool repeats_frames = any([](const Fault& fault) { return fault.group == Group::kLine; });
     if (spacing_s >= 0.0 && spacing_s < kSpacing_s - lag_s_ && !repeats_frames) {
       object("requested control again after " + text_of(spacing_s) + " s");

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Campaigns over worlds, tasks and seeds; splitting and merging must not change the result.
 #include "host_tests/lab/campaign/campaign.h"
+#include "firmware/companion/files/text/json.h"
 
 #include <gtest/gtest.h>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/replay/replay.h"
@@ -48,7 +48,7 @@ std::string saved(const std::string& name, const std::string& text) {
 }
 
 TEST(Campaign, CountsWhatStaysAndSaysHowToRepeatWhatDoesNot) {
-  const auto report = nlohmann::ordered_json::parse(whole());
+  const auto report = Json::parse(whole());
   const auto& kind = report.at("worlds").at("kind");
   EXPECT_EQ(kind.at("flights"), 4);
   EXPECT_EQ(kind.at("stayed"), 4);
@@ -84,8 +84,8 @@ TEST(Campaign, RepeatsASingleFlightAsItWas) {
   one.tasks = tasks_of("step_1m");
   one.first_seed = 8;
   one.flights = 1;
-  auto again = nlohmann::ordered_json::parse(text_of(one, {}, 1)).at("flown").at(0);
-  auto before = nlohmann::ordered_json::parse(whole()).at("flown").at(3);
+  auto again = Json::parse(text_of(one, {}, 1)).at("flown").at(0);
+  auto before = Json::parse(whole()).at("flown").at(3);
   again.erase("number");
   before.erase("number");
   EXPECT_EQ(again, before);
@@ -113,7 +113,7 @@ TEST(Campaign, JoinedFromItsPartsIsByteForByteTheWhole) {
 }
 
 TEST(Campaign, WritesATableAndAPageWithHeatMaps) {
-  const auto report = nlohmann::ordered_json::parse(whole());
+  const auto report = Json::parse(whole());
   std::ostringstream table;
   print_table(table, report);
   EXPECT_NE(table.str().find("4 of 8 flights stayed"), std::string::npos) << table.str();

@@ -2,9 +2,9 @@
 // Where limits are active, the law that knows them is better: one seed of the table of experiments/README.md.
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/experiments/far.h"
 
@@ -82,9 +82,9 @@ TEST(FarTasks, WhatNeverFlewHasNoErrorInsteadOfNone) {
   options.only = "step_6m";
   const std::vector<FarResult> results = fly_far(options);
   EXPECT_EQ(not_flown(results), 3);
-  const nlohmann::json answer = far_to_json(results);
+  const Json answer = far_to_json(results);
   for (const char* const law : {"planned", "mpc", "lqr"}) {
-    const nlohmann::json& one = answer.at("tasks").at(0).at(law);
+    const Json& one = answer.at("tasks").at(0).at(law);
     EXPECT_TRUE(one.at("overshoot_m").is_null()) << one;
     EXPECT_TRUE(one.at("iae_m_s").is_null()) << one;
     EXPECT_EQ(one.at("stayed"), 0);

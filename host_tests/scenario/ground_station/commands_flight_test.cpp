@@ -9,8 +9,6 @@
 namespace m100::ground_station {
 namespace {
 
-using scenario::json;
-
 using GroundStationOrdersFlight = GroundStationFlight;
 
 /// Sends an unsigned broadcast command, from a sender without the key.
@@ -93,7 +91,7 @@ TEST_F(GroundStationOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
   EXPECT_NEAR(truth.z, 0.0, 0.02);
   EXPECT_EQ(noted("\"received\",\"name\":\"task_takeoff\""), 1U);
   EXPECT_EQ(noted("\"received\",\"name\":\"task_land\""), 1U);
-  const json flown = json::parse(std::ifstream(result));
+  const Json flown = Json::parse(scenario::text_of(result));
   EXPECT_EQ(flown["landed"], true);
   EXPECT_EQ(flown["released"], true);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with orders does not replay: " << error();
@@ -124,7 +122,7 @@ TEST_F(GroundStationOrdersFlight, QGroundControlConnectsAndItsListsAreRefused) {
   }
   ground_station->signal(SIGINT);
   (void)ground_station->run_to_end(30.0);
-  const json counts = json::parse(std::ifstream(result))["ground_station"];
+  const Json counts = Json::parse(scenario::text_of(result))["ground_station"];
   EXPECT_EQ(counts["orders"], 2);
   EXPECT_EQ(counts["requests"], 13);
   EXPECT_EQ(counts["requests_lost"], 0);

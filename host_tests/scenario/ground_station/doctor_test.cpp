@@ -19,13 +19,11 @@
 namespace m100::ground_station {
 namespace {
 
-using scenario::json;
-
 struct Doctor : GroundStationTest {
   /// Result of a check of the last run: "good: ..." or "bad: ...".
   std::string check(const std::string& name) const {
-    const json all = json::parse(std::ifstream(result));
-    for (const json& one : all["checks"]) {
+    const Json all = Json::parse(scenario::text_of(result));
+    for (const Json& one : all["checks"]) {
       if (one["name"] == name) {
         return one["health"].get<std::string>() + ": " + one["finding"].get<std::string>();
       }
@@ -94,7 +92,7 @@ TEST_F(Doctor, SeesPosesThatComeOverTheBridge) {
   bridge.send(SIGINT);
   EXPECT_EQ(bridge.wait(), 0);
   ::close(pipe[0]);
-  const json counts = json::parse(std::ifstream(folder / "bridge.json"));
+  const Json counts = Json::parse(scenario::text_of(folder / "bridge.json"));
   EXPECT_GT(counts["sent"], 0);
   EXPECT_GT(counts["refused"], 0);
 }
@@ -152,7 +150,7 @@ TEST_F(Frames, TwoSendersAreNamed) {
 
 TEST_F(Frames, RightAxesAreRight) {
   move([](mavlink::AttPosMocap&) {});
-  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  EXPECT_EQ(ending, 0) << Json::parse(scenario::text_of(result)).dump(1);
   for (const char* const name : {"heading", "position x", "position y", "position z"}) {
     EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
   }
@@ -168,7 +166,7 @@ TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
     seen.x += 0.2F * std::cos(yaw) + 0.1F * std::sin(yaw);     // 0.2 m ahead, 0.1 m left
     seen.y += 0.2F * std::sin(yaw) - 0.1F * std::cos(yaw);
   });
-  EXPECT_EQ(ending, 0) << json::parse(std::ifstream(result)).dump(1);
+  EXPECT_EQ(ending, 0) << Json::parse(scenario::text_of(result)).dump(1);
   double ahead_m = 0.0, left_m = 0.0;
   ASSERT_EQ(std::sscanf(check("lever arm").c_str(), "doubtful: the origin of the pose lies %lf m ahead and %lf m left",
                         &ahead_m, &left_m),
@@ -180,7 +178,7 @@ TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
 TEST_F(Frames, AReversedAxisIsNamed) {
   move([](mavlink::AttPosMocap& seen) { seen.y = -seen.y; });
   EXPECT_EQ(ending, 1);
-  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << json::parse(std::ifstream(result)).dump(1);
+  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << Json::parse(scenario::text_of(result)).dump(1);
   EXPECT_EQ(check("position x").substr(0, 5), "good:");
   EXPECT_EQ(check("heading").substr(0, 5), "good:");
 }
@@ -225,9 +223,9 @@ TEST_F(Doctor, AFlightIsShownWhileItFlies) {
   // Reads during the flight, because a full socket drops packets.
   const auto read = [&] {
     while (const std::optional<Packet> packet = plot.receive()) {
-      const json state = json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
+      const Json state = Json::parse(std::string(reinterpret_cast<const char*>(packet->data()), packet->size()));
       EXPECT_GT(state["timestamp"], last_s);
-      last_s = state["timestamp"];
+      last_s = state["timestamp"].get<double>();
       in_control += state["in_control"].get<int>();
       ++states;
     }

@@ -122,7 +122,7 @@ struct MavrosTest : GroundStationFlight {
   void pass(double seconds) {
     (void)ground_station->run_until([] { return false; }, seconds);
   }
-  scenario::json reported() const { return scenario::json::parse(std::ifstream(result)); }
+  Json reported() const { return Json::parse(scenario::text_of(result)); }
 };
 
 /// A program of this machine that sends from another address than 127.0.0.1.

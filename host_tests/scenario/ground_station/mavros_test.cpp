@@ -5,8 +5,6 @@
 namespace m100::ground_station {
 namespace {
 
-using scenario::json;
-
 constexpr std::uint16_t kPlaceAndYaw = 2552;  ///< type_mask of setpoint_position
 
 mavlink::SetPositionTargetLocalNed set_point(const Place& place) {
@@ -43,9 +41,9 @@ TEST_F(LoopbackFlight, PosesOfTheNamedSenderAreFlownAndNothingElseMovesTheAircra
   ASSERT_TRUE(start({"--hold", "8"})) << error();
   const std::optional<int> code = ground_station->run_to_end(60.0);
   ASSERT_EQ(code, 0) << error();
-  const json flown = reported();
+  const Json flown = reported();
   EXPECT_NEAR(flown["position_m"][0].get<double>(), 0.0, 0.5);
-  for (const json& sender : flown["pose"]["senders"]) {
+  for (const Json& sender : flown["pose"]["senders"]) {
     EXPECT_EQ(sender[0], 1) << sender;
   }
   EXPECT_GT(flown["pose"]["refused"].value("sender", 0), 700) << flown["pose"];

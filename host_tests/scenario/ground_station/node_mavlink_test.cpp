@@ -16,8 +16,6 @@
 namespace m100::ground_station {
 namespace {
 
-using scenario::json;
-
 /// Runs node_ground_station.js: each line gets one line as an answer.
 class NodeGroundStation {
  public:
@@ -58,7 +56,7 @@ class NodeGroundStation {
     EXPECT_EQ(write(to_, all.data(), all.size()), static_cast<ssize_t>(all.size()));
     return line();
   }
-  json state() { return json::parse(ask("state")); }
+  Json state() { return Json::parse(ask("state")); }
 
  private:
   std::string line() {
@@ -115,7 +113,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
   ground_station.start_autopilot(events);
   ASSERT_TRUE(ground_station.start(fly_words(ground_station, key_file(GroundStation::key_text()).string()), errors))
       << error();
-  const auto receive_until = [&](const std::function<bool(const json&)>& condition) {
+  const auto receive_until = [&](const std::function<bool(const Json&)>& condition) {
     for (int round = 0; round < 2000; ++round) {
       (void)ground_station.run_until([] { return false; }, 0.1);
       usleep(5000);  // m100 sends from a thread that runs in real time
@@ -125,8 +123,8 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     }
     return false;
   };
-  ASSERT_TRUE(receive_until([](const json& state) { return !state["position"].is_null() && state["battery"] >= 0; }));
-  ASSERT_TRUE(receive_until([&](const json& state) {
+  ASSERT_TRUE(receive_until([](const Json& state) { return !state["position"].is_null() && state["battery"] >= 0; }));
+  ASSERT_TRUE(receive_until([&](const Json& state) {
     if (!state["answers"].contains("92")) {
       (void)node.ask("order 92 1");
     }
@@ -140,22 +138,22 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
       (void)ground_station.run_until([] { return false; }, 1.0);
     }
     EXPECT_LT(std::hypot(truth[0] - corner[0], truth[1] - corner[1], truth[2] - corner[2]), 0.25);
-    const double frames = node.state()["frames"];
-    ASSERT_TRUE(receive_until([&](const json& state) { return state["frames"] > frames + 6; }));
-    const json read = node.state()["position"];
+    const double frames = node.state()["frames"].get<double>();
+    ASSERT_TRUE(receive_until([&](const Json& state) { return state["frames"] > frames + 6; }));
+    const Json read = node.state()["position"];
     EXPECT_NEAR(read[0].get<double>(), corner[0], 0.25);
     EXPECT_NEAR(read[1].get<double>(), corner[1], 0.25);
     EXPECT_NEAR(read[2].get<double>(), corner[2], 0.25);
   }
   int rounds = 0;
-  ASSERT_TRUE(receive_until([&](const json& state) {
+  ASSERT_TRUE(receive_until([&](const Json& state) {
     if (rounds++ % 50 == 0) {
       (void)node.ask("parameters");
       (void)node.ask("lists");
     }
     return state["parameters"].contains("MAV_SYS_ID") && !state["items"].is_null() && !state["uploaded"].is_null();
   }));
-  const json state = node.state();
+  const Json state = node.state();
   EXPECT_EQ(state["items"], 0);
   EXPECT_EQ(state["uploaded"], 3) << "unsupported";
   EXPECT_EQ(state["wrong"], 0) << "frames of m100 are not signed with the key";
@@ -165,7 +163,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     (void)ground_station.run_until([] { return false; }, 0.3);
   }
   ASSERT_EQ(ground_station.run_to_end(30.0), 0) << error();
-  const json counts = json::parse(std::ifstream(result))["pose_link"]["signatures"];
+  const Json counts = Json::parse(scenario::text_of(result))["pose_link"]["signatures"];
   EXPECT_GT(counts["accepted"], 3000);
   EXPECT_GT(counts["unsigned"], 3000);
   EXPECT_GT(counts["replayed"], 100) << "doubled and overtaken packets";

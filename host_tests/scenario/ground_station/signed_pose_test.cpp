@@ -11,7 +11,6 @@ namespace m100::ground_station {
 namespace {
 
 using mavlink::AttPosMocap;
-using scenario::json;
 
 constexpr double kStartAndFlight_s = 60.0;
 
@@ -27,7 +26,7 @@ struct SignedPose : GroundStationTest {
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
-  json reported() const { return json::parse(std::ifstream(result)); }
+  Json reported() const { return Json::parse(scenario::text_of(result)); }
 };
 
 /// Sends poses far from the true one, without the key.
@@ -87,11 +86,11 @@ TEST_F(SignedPose, FliesThroughABadNetworkAndBelievesNobodyElse) {
       << error();
   const std::optional<int> code = ground_station->run_to_end(kStartAndFlight_s);
   ASSERT_EQ(code, 0) << error();
-  const json flown = reported();
-  EXPECT_TRUE(flown["obtained"]);
+  const Json flown = reported();
+  EXPECT_EQ(flown["obtained"], true);
   EXPECT_NEAR(flown["position_m"][0].get<double>(), 0.0, 0.5)
       << "the aircraft must hover and not follow the false poses";
-  const json counts = flown["pose_link"]["signatures"];
+  const Json counts = flown["pose_link"]["signatures"];
   EXPECT_GT(counts["accepted"], 800);
   // Everything that arrived was read, except what arrived after the last tick.
   constexpr std::uint64_t kLastWords = 10;

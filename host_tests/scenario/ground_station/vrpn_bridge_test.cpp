@@ -82,7 +82,7 @@ TEST_F(VrpnBridge, PosesOfATrackerArePassedOnSigned) {
   EXPECT_EQ(last_us, 100490000U);
   ::close(connection);
   EXPECT_EQ(bridge.wait(), 0) << "the bridge must end after the server";
-  EXPECT_EQ(scenario::json::parse(std::ifstream(counts))["sent"], 50);
+  EXPECT_EQ(Json::parse(scenario::text_of(counts))["sent"], 50);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace m100 {
 namespace {
 
 namespace fs = std::filesystem;
-using scenario::json;
+
 using scenario::Process;
 
 struct TwoProcesses : scenario::ProgramTest {
@@ -23,7 +23,7 @@ struct TwoProcesses : scenario::ProgramTest {
     arguments.insert(arguments.end(), more.begin(), more.end());
     return Process(M100_PROGRAM, arguments).wait();
   }
-  json flown() const { return json::parse(std::ifstream(result)); }
+  Json flown() const { return Json::parse(scenario::text_of(result)); }
 };
 
 struct Line {
@@ -55,13 +55,13 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   const Line& line = GetParam();
   const auto autopilot = start_autopilot({"--baud", line.baud, "--loss", line.loss, "--seed", line.seed});
   (void)shake_hands({"--baud", line.baud, "--channel", line.channel, "--hold", "3"});
-  const json program = flown();
-  const json examiner = examined(*autopilot);
+  const Json program = flown();
+  const Json examiner = examined(*autopilot);
   const double stood_still_s = program["longest_tick_s"].get<double>() + examiner["longest_lag_s"].get<double>();
   const bool ran = stood_still_s < kStall_s;
   if (ran) {
-    EXPECT_TRUE(program["released"]) << program;
-    EXPECT_FALSE(examiner["client_in_control"]) << examiner;
+    EXPECT_EQ(program["released"], true) << program;
+    EXPECT_EQ(examiner["client_in_control"], false) << examiner;
     EXPECT_GE(program["control_s"].get<double>(), 3.0);
   } else {
     std::cout << "The machine stalled the programs for " << stood_still_s
@@ -70,7 +70,7 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   }
   EXPECT_LE(examiner["obtain_requests"], 3);
   // Two seconds between requests; tolerance 20 ms for the line and the steps of both programs.
-  const double lag_s = examiner["longest_lag_s"];
+  const double lag_s = examiner["longest_lag_s"].get<double>();
   if (examiner["obtain_requests"] > 1) {
     EXPECT_GE(examiner["least_obtain_spacing_s"].get<double>(), 1.98 - lag_s);
   }
@@ -78,10 +78,10 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
 
   const bool sticks = std::string(line.channel) == "virtual_rc";
   const double rate_hz = sticks ? 25.0 : 50.0;
-  const double held_s = program["control_s"];
-  const double ticks = program["ticks_in_control"];
-  const double sent = program["health"]["commands_sent"];
-  const double taken = sticks ? examiner["virtual_rc_taken"] : examiner["movement_taken"];
+  const double held_s = program["control_s"].get<double>();
+  const double ticks = program["ticks_in_control"].get<double>();
+  const double sent = program["health"]["commands_sent"].get<double>();
+  const double taken = examiner[sticks ? "virtual_rc_taken" : "movement_taken"].get<double>();
   // A command is due in each fourth (or second) tick. A late tick shifts the grid, and at 50 Hz the next tick may then
   // be just too early: in the worst pattern of late ticks every third one is used.
   const bool punctual = program["longest_tick_s"].get<double>() < 0.015;
@@ -107,7 +107,7 @@ TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
     EXPECT_EQ(shake_hands({"--baud", "230400", "--hold", "60"}), 1);
     EXPECT_EQ(flown()["last_reason"], "control_lost");
     std::this_thread::sleep_for(std::chrono::seconds(3));
-    const json examiner = examined(*autopilot);
+    const Json examiner = examined(*autopilot);
     EXPECT_EQ(examiner["losses"], 1);
     EXPECT_LE(examiner["latest_after_loss_s"].get<double>(), 0.040 + examiner["longest_lag_s"].get<double>())
         << "limit: one period of Virtual RC";
@@ -135,7 +135,7 @@ TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
     EXPECT_EQ(flown()["verdict"], "autopilot");
     EXPECT_EQ(flown()["baud"], 230400);
     EXPECT_EQ(flown()["firmware"], "M100, firmware 3.1");
-    EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"], 50.0, 10.0) << "the rate that the assistant sets";
+    EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"].get<double>(), 50.0, 10.0) << "the rate that the assistant sets";
     EXPECT_EQ(examined(*autopilot)["frames"], 0) << "the program sent frames";
   });
 }
@@ -170,12 +170,12 @@ TEST_F(TwoProcesses, TheDoctorTellsOfThePortWhatProbeTells) {
     Process(M100_PROGRAM,
             {"doctor", "--load", "0", "--seconds", "0.5", "--port", port.string(), "--json", result.string()})
         .wait();
-    const json told = flown();
+    const Json told = flown();
     EXPECT_EQ(told["verdict"], "autopilot");
     EXPECT_EQ(told["baud"], 230400);
     EXPECT_EQ(told["firmware"], "M100, firmware 3.1");
-    EXPECT_NEAR(told["health"]["telemetry_rate_hz"], 50.0, 10.0);
-    EXPECT_TRUE(std::any_of(told["checks"].begin(), told["checks"].end(), [](const json& check) {
+    EXPECT_NEAR(told["health"]["telemetry_rate_hz"].get<double>(), 50.0, 10.0);
+    EXPECT_TRUE(std::any_of(told["checks"].begin(), told["checks"].end(), [](const Json& check) {
       return check["name"].get<std::string>().starts_with("line ") && check["health"] == "good";
     })) << told;
     EXPECT_EQ(examined(*autopilot)["frames"], 0) << "the program sent frames";
@@ -187,10 +187,10 @@ TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {
                     {"doctor", "--load", "0.1", "--port", (folder / "none").string(), "--json", result.string()})
                 .wait(),
             1);
-  const json checks = flown()["checks"];
+  const Json checks = flown()["checks"];
   ASSERT_FALSE(checks.empty());
   EXPECT_EQ(checks[0]["health"], "bad");
-  for (const json& check : checks) {
+  for (const Json& check : checks) {
     EXPECT_EQ(check["health"] == "good", check["remedy"].get<std::string>().empty()) << check;
   }
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/scenario/loop/hidden_plants.h"
 #include "host_tests/sim/world/base_plant.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <string>
 
 namespace m100::lab::loop {

@@ -77,8 +77,8 @@ TEST_P(DeathInFlight, GivesThePilotHisSticks) {
     RecordProperty("stall_of_the_machine_s", std::to_string(stall_s));
     EXPECT_LE(*taken_s, kGivenBack_s + 5.0 * stall_s) << "tolerance: each of the five processes may have waited";
     EXPECT_NE(error().find("control was given back"), std::string::npos) << "the operator is not told: " << error();
-    const json examiner = examined(*autopilot);
-    EXPECT_FALSE(examiner["client_in_control"]);
+    const Json examiner = examined(*autopilot);
+    EXPECT_EQ(examiner["client_in_control"], false);
     EXPECT_EQ(examiner["bad_commands"], 0) << examiner;
   });
 }
@@ -99,8 +99,8 @@ TEST_F(ProgramTest, AProgramThatWasStoppedStaysOutOfControl) {
     program.interrupt();
     EXPECT_GE(program.wait(), 0) << "the program does not end by itself";
     EXPECT_EQ(noted("\"obtained\""), 1U) << "it requested control again by itself; requests before: " << asked;
-    const json examiner = examined(*autopilot);
-    EXPECT_FALSE(examiner["client_in_control"]);
+    const Json examiner = examined(*autopilot);
+    EXPECT_EQ(examiner["client_in_control"], false);
     EXPECT_EQ(examiner["control_after_loss"], 0);
   });
 }
@@ -121,7 +121,7 @@ TEST_F(ProgramTest, AfterADeathTheNextFlightCanBegin) {
       code = run(flight({"--hold", "1"}));
     }
     EXPECT_EQ(code, 0) << error();
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -139,7 +139,7 @@ TEST_F(ProgramTest, AnInterruptOfTheGroupEndsBothAndLeavesNobody) {
     ASSERT_EQ(kill(-program.id(), SIGINT), 0);
     EXPECT_EQ(program.wait(), 0) << error();
     EXPECT_TRUE(error().empty()) << "unexpected messages: " << error();
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
     EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a process remained";
   });
 }

@@ -30,11 +30,11 @@ TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
                                   "telemetry comes", "the estimate is healthy"}) {
     EXPECT_NE(text_of(said).find(words), std::string::npos) << words << " is not in\n" << text_of(said);
   }
-  const json flown = json::parse(std::ifstream(result));
+  const Json flown = Json::parse(text_of(result));
   EXPECT_EQ(flown["bytes_sent"], 0);
   EXPECT_EQ(flown["pose"], true);
   EXPECT_EQ(flown["obtained"], false);
-  const json examiner = summary();
+  const Json examiner = summary();
   EXPECT_EQ(examiner["frames"], 0);
   EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
   const companion::RecordedFlight recorded = companion::read_flight(log.string());

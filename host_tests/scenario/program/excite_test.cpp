@@ -31,13 +31,13 @@ class Excite : public WorldTest {
     }
     return fly_in_world(plant, {"--excite", sticks.string(), "--hold", "5"}, of_autopilot);
   }
-  json flown() const { return json::parse(std::ifstream(result))["excitation"]; }
+  Json flown() const { return Json::parse(text_of(result))["excitation"]; }
   /// Largest true distance from the start along x or y [m].
   double farthest_m() const {
     std::ifstream file(events);
     double farthest = 0.0;
     for (std::string line; std::getline(file, line);) {
-      if (const json event = json::parse(line); event["what"] == "truth") {
+      if (const Json event = Json::parse(line); event["what"] == "truth") {
         farthest = std::max({farthest, std::abs(event["x_m"].get<double>()), std::abs(event["y_m"].get<double>())});
       }
     }
@@ -49,8 +49,8 @@ TEST_F(Excite, IsFlownStickByStickAndItsLogIsIdentified) {
   make("roll,pitch", {"--duration", "40", "--amplitude", "150"});
   fence("12");
   ASSERT_EQ(fly(), 0) << error() << text_of(said);
-  const json excitation = flown();
-  EXPECT_TRUE(excitation["over"]);
+  const Json excitation = flown();
+  EXPECT_EQ(excitation["over"], true);
   EXPECT_EQ(excitation["flown"], excitation["pieces"]);
   EXPECT_NE(text_of(said).find("pieces are flown"), std::string::npos) << text_of(said);
   EXPECT_EQ(run({"replay", log.string()}), 0) << error();
@@ -65,11 +65,12 @@ TEST_F(Excite, IsFlownStickByStickAndItsLogIsIdentified) {
                        "alternate:6", "--within", within, "--forecast", forecast.string(), "--json", answer.string()}),
               0)
         << error();
-    const json whole = json::parse(std::ifstream(answer));
-    const json found = whole["final"]["parameters"];
-    EXPECT_NEAR(found["natural_frequency_rad_s"], truth.natural_frequency_rad_s, 0.15 * truth.natural_frequency_rad_s);
-    EXPECT_NEAR(found["damping_ratio"], truth.damping_ratio, 0.15);
-    EXPECT_NEAR(found["width_counts"], truth.dead_zone_counts, 5.0);
+    const Json whole = Json::parse(text_of(answer));
+    const Json found = whole["final"]["parameters"];
+    EXPECT_NEAR(found["natural_frequency_rad_s"].get<double>(), truth.natural_frequency_rad_s,
+                0.15 * truth.natural_frequency_rad_s);
+    EXPECT_NEAR(found["damping_ratio"].get<double>(), truth.damping_ratio, 0.15);
+    EXPECT_NEAR(found["width_counts"].get<double>(), truth.dead_zone_counts, 5.0);
     EXPECT_NE(whole["forecast"]["text"].get<std::string>().find("dead_zone is known to a standard deviation of"),
               std::string::npos)
         << whole["forecast"];
@@ -89,13 +90,13 @@ TEST_F(Excite, IsAbortedBeforeTheFenceAndTheLawHoldsThePlace) {
   by_hand.replace(by_hand.find(limit), limit.size(), "distance 3 braking 900");
   std::ofstream(sticks, std::ios::trunc) << by_hand;
   EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
-  const json excitation = flown();
-  EXPECT_TRUE(excitation["aborted"]);
+  const Json excitation = flown();
+  EXPECT_EQ(excitation["aborted"], true);
   EXPECT_EQ(excitation["abort"]["why"], "fence");
   EXPECT_NE(text_of(said).find("the aircraft would stop beyond the fence"), std::string::npos) << text_of(said);
   EXPECT_LT(farthest_m(), 3.0);
-  const json whole = json::parse(std::ifstream(result));
-  EXPECT_TRUE(whole["released"]);
+  const Json whole = Json::parse(text_of(result));
+  EXPECT_EQ(whole["released"], true);
   EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
 }
 
@@ -115,11 +116,11 @@ TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
     fs::remove(log);
     fs::remove(world);
     EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
-    const json excitation = flown();
+    const Json excitation = flown();
     EXPECT_EQ(excitation["abort"]["why"], why);
     EXPECT_LT(farthest_m(), 2.5);
-    const json whole = json::parse(std::ifstream(result));
-    EXPECT_TRUE(whole["released"]);
+    const Json whole = Json::parse(text_of(result));
+    EXPECT_EQ(whole["released"], true);
     EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
   }
 }
@@ -136,7 +137,7 @@ TEST_F(Excite, IsFlownToItsEndInTheGuidesRoom) {
                         "\n[axis.pitch]\ntrim_counts = " + std::to_string(plant.pitch.trim_counts - 20.0) + "\n"),
             0)
       << error() << text_of(said);
-  EXPECT_TRUE(flown()["over"]) << flown();
+  EXPECT_EQ(flown()["over"], true) << flown();
   EXPECT_LT(farthest_m(), 3.0);
 }
 
@@ -144,7 +145,7 @@ TEST_F(Excite, EndsWithThePilotsSwitch) {
   make("roll", {"--duration", "40", "--amplitude", "150"});
   fence("12");
   EXPECT_EQ(fly("12 mode P\n"), 1);
-  const json excitation = flown();
+  const Json excitation = flown();
   EXPECT_EQ(excitation["abort"]["why"], "failsafe");
   EXPECT_NE(text_of(said).find("on roll: control is lost"), std::string::npos) << text_of(said);
 }

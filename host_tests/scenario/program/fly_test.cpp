@@ -51,7 +51,7 @@ TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
     std::size_t lines = 0;
     for (std::size_t at = file.find("link_health {"); at != std::string::npos;
          at = file.find("link_health {", at + 1)) {
-      const json health = json::parse(file.substr(at + 12, file.find('}', at) - at - 11));
+      const Json health = Json::parse(file.substr(at + 12, file.find('}', at) - at - 11));
       for (const char* const key : {"telemetry_rate_hz", "telemetry_age_s", "jitter_histogram", "crc16_errors",
                                     "crc32_errors", "resyncs", "bytes_dropped", "session_failures", "receive_share"}) {
         EXPECT_TRUE(health.contains(key)) << key;
@@ -84,7 +84,7 @@ TEST_P(EndedBySignal, GivesControlBackInFlight) {
     std::this_thread::sleep_for(std::chrono::seconds(1));
     program.send(GetParam());
     EXPECT_EQ(program.wait(), 0);
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -101,10 +101,10 @@ TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
           std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
       program.interrupt();
       const int code = program.wait();
-      const bool flew = json::parse(std::ifstream(result))["obtained"];
+      const bool flew = Json::parse(text_of(result))["obtained"].get<bool>();
       EXPECT_EQ(code, flew ? 0 : 1) << "exit code 0 only if it flew";
     }
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -117,9 +117,9 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
       line += " " + word;
     }
     ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(), 0);
-    ASSERT_TRUE(wait_until([&] { return json::accept(std::ifstream(result)); }));
-    EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    ASSERT_TRUE(wait_until([&] { return Json::parse(text_of(result)).is_object(); }));
+    EXPECT_EQ(Json::parse(text_of(result))["released"], true);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -133,8 +133,8 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
       line += " " + word;
     }
     ASSERT_EQ(Process("/bin/sh", {"-c", "exec " + line + " <&- >&- 2>&-"}).wait(), 0);
-    EXPECT_TRUE(json::parse(std::ifstream(result))["released"]);
-    const json examiner = examined(*autopilot);
+    EXPECT_EQ(Json::parse(text_of(result))["released"], true);
+    const Json examiner = examined(*autopilot);
     EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
     EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
   });
@@ -185,7 +185,7 @@ TEST_F(ProgramTest, AStoppedTerminalDoesNotStopTheFlight) {
     EXPECT_TRUE(wait_for("\"released\"")) << "control did not go back";
     EXPECT_EQ(tcflow(terminal.screen(), TCOON), 0);
     EXPECT_EQ(program.wait(), 0);
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -203,10 +203,10 @@ TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
     Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string(), "--status", "always"}), errors,
                     terminal.screen());
     EXPECT_EQ(program.wait(), 0);
-    const json result_json = json::parse(std::ifstream(result));
-    EXPECT_TRUE(result_json["released"]);
+    const Json result_json = Json::parse(text_of(result));
+    EXPECT_EQ(result_json["released"], true);
     EXPECT_EQ(result_json["last_reason"], "released") << result_json;
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -220,8 +220,8 @@ TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
     }
     EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(), 0) << error();
     EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
-    const json examiner = examined(*autopilot);
-    EXPECT_FALSE(examiner["client_in_control"]);
+    const Json examiner = examined(*autopilot);
+    EXPECT_EQ(examiner["client_in_control"], false);
     EXPECT_GT(examiner["virtual_rc_taken"], 60);
     EXPECT_GT(companion::read_flight(log.string()).ticks.size(), 50U) << "the part that was written cannot be read";
   });
@@ -233,7 +233,7 @@ TEST_F(ProgramTest, AResultThatCannotBeWrittenAfterwardsIsSaidAndChangesNoExitCo
     const auto autopilot = start_autopilot();
     EXPECT_EQ(run(flight({"--hold", "1", "--json", "/dev/full"})), 0) << error();
     EXPECT_NE(error().find("/dev/full: cannot be written: the disk is full"), std::string::npos) << error();
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 
@@ -249,7 +249,7 @@ TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
     autopilot->send(SIGKILL);
     autopilot.reset();  // closes its pseudo-terminals
     EXPECT_EQ(program.wait(), 1);
-    EXPECT_EQ(json::parse(std::ifstream(result))["last_reason"], "link_silent");
+    EXPECT_EQ(Json::parse(text_of(result))["last_reason"], "link_silent");
   });
 }
 
@@ -261,7 +261,7 @@ TEST_F(ProgramTest, TheSecondProgramOnAPortIsRefused) {
     EXPECT_EQ(run(flight()), 2);
     EXPECT_NE(error().find("another program"), std::string::npos) << error();
     EXPECT_EQ(first.wait(), 0) << "the first program was disturbed";
-    EXPECT_FALSE(examined(*autopilot)["client_in_control"]);
+    EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
 

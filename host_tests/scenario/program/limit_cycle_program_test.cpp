@@ -34,11 +34,12 @@ TEST_F(LimitCycleFlight, IsSaidByNameAndFlownOnByTheCalmLaw) {
   ASSERT_EQ(hover(kSwings), 1) << "a flight that swung is no success: " << error();
   EXPECT_NE(all_said().find("swinging: the aircraft swings by itself, by "), std::string::npos) << all_said();
   EXPECT_NE(all_said().find("Stop and land"), std::string::npos);
-  const json flown = json::parse(text_of(result));
+  const Json flown = Json::parse(text_of(result));
   ASSERT_TRUE(flown.contains("swinging")) << flown.dump(1);
   EXPECT_GT(flown["swinging"]["height_rad"].get<double>(), 0.1);
   EXPECT_NEAR(flown["swinging"]["frequency_hz"].get<double>(), 1.4, 0.6);
-  EXPECT_EQ(flown["failsafe"].back()["cause"], "neutral_over") << "control must go back because --hold was over";
+  EXPECT_EQ((flown["failsafe"].end() - 1)->at("cause"), "neutral_over")
+      << "control must go back because --hold was over";
   EXPECT_GT(ticks_with(safety::FailsafeCondition::kLimitCycle), 500U);
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCyclePersists), 0U);
 }
@@ -60,7 +61,7 @@ TEST_F(LimitCycleFlight, IsNotSaidOfAHealthyHover) {
   RecordProperty("promise", "R17");
   ASSERT_EQ(hover("[air]\nlinear_drag_per_s = 0.3\nwind_m_s = [3.0, 4.0, 0.0]\nturbulence_m_s = 0.8\n"), 0) << error();
   EXPECT_EQ(all_said().find("swing"), std::string::npos) << all_said();
-  EXPECT_FALSE(json::parse(text_of(result)).contains("swinging"));
+  EXPECT_FALSE(Json::parse(text_of(result)).contains("swinging"));
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCycle), 0U);
 }
 

@@ -8,18 +8,16 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/scenario/program/process.h"
 #include "host_tests/scenario/program/real_time.h"
 
 namespace m100::scenario {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-
 inline std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return std::string(std::istreambuf_iterator<char>(file), {});
@@ -90,19 +88,19 @@ struct ProgramTest : ::testing::Test {
   int run_lab(const std::vector<std::string>& arguments) { return Process(M100_LAB_PROGRAM, arguments, errors).wait(); }
   std::string error() const { return text_of(errors); }
   /// Ends the autopilot. @returns its summary.
-  json examined(Process& autopilot) const {
+  Json examined(Process& autopilot) const {
     autopilot.interrupt();
     EXPECT_EQ(autopilot.wait(), 0);
     return summary();
   }
   /// The last of the autopilot's events.
-  json summary() const {
+  Json summary() const {
     std::ifstream file(events);
     std::string line, last;
     while (std::getline(file, line)) {
       last = line;
     }
-    return json::parse(last);
+    return Json::parse(last);
   }
   /// Number of occurrences of this text in the autopilot's events.
   std::size_t noted(const std::string& what) const {

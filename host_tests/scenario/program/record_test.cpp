@@ -118,8 +118,8 @@ TEST_F(Record, SendsNotOneByte) {
   const FarEnd line, pose_line;
   EXPECT_EQ(record({}, line, pose_line), 0) << error();
   EXPECT_EQ(heard_ + line.heard() + pose_line.heard(), 0U);
-  const json said = json::parse(std::ifstream(result));
-  EXPECT_TRUE(said["recorded"]);
+  const Json said = Json::parse(text_of(result));
+  EXPECT_EQ(said["recorded"], true);
   EXPECT_GT(said["streams"]["rc"]["samples"], 10);
   EXPECT_EQ(said["streams"]["rc"]["samples"], said["packages"]);
 }
@@ -146,7 +146,7 @@ TEST_F(Record, NamesTwoSendersOfPosesAndRecordsTheChosenOne) {
   EXPECT_NE(error().find("choose with --pose-from"), std::string::npos) << error();
   fs::remove(log);
   EXPECT_EQ(record({"--pose-port", pose_line.name(), "--pose-from", "1:198"}, line, pose_line), 0) << error();
-  const json said = json::parse(std::ifstream(result));
+  const Json said = Json::parse(text_of(result));
   EXPECT_GT(said["pose"]["used"], 1);
   EXPECT_EQ(said["pose"]["senders"].size(), 2U);
 }
@@ -204,7 +204,7 @@ TEST_F(Record, AHandFlownLogIsIdentifiedWithTheShippedMap) {
             0)
       << error();
   autopilot.interrupt();
-  const json said = json::parse(std::ifstream(result));
+  const Json said = Json::parse(text_of(result));
   EXPECT_EQ(said["streams"]["rc"]["gaps"], 0);
   EXPECT_GE(said["sticks"]["roll"]["most_counts"], 150.0);
 
@@ -216,10 +216,11 @@ TEST_F(Record, AHandFlownLogIsIdentifiedWithTheShippedMap) {
                        "second_order,transport_delay,dead_zone", "--split", "alternate:6", "--json", answer.string()}),
               0)
         << error();
-    const json found = json::parse(std::ifstream(answer))["final"]["parameters"];
-    EXPECT_NEAR(found["natural_frequency_rad_s"], truth.natural_frequency_rad_s, 0.1 * truth.natural_frequency_rad_s);
-    EXPECT_NEAR(found["damping_ratio"], truth.damping_ratio, 0.1);
-    EXPECT_NEAR(found["width_counts"], truth.dead_zone_counts, 4.0);
+    const Json found = Json::parse(text_of(answer))["final"]["parameters"];
+    EXPECT_NEAR(found["natural_frequency_rad_s"].get<double>(), truth.natural_frequency_rad_s,
+                0.1 * truth.natural_frequency_rad_s);
+    EXPECT_NEAR(found["damping_ratio"].get<double>(), truth.damping_ratio, 0.1);
+    EXPECT_NEAR(found["width_counts"].get<double>(), truth.dead_zone_counts, 4.0);
   }
 }
 

@@ -30,14 +30,14 @@ TEST_P(SensorFaults, AreSaidByNameAndEndWithThePilot) {
   std::ifstream file(events);
   double from_m[2] = {}, farthest_m = 0.0;
   bool struck = false, handed = false;
-  json summary;
-  for (std::string line; std::getline(file, line); summary = json::parse(line)) {
-    const json event = json::parse(line);
+  Json summary;
+  for (std::string line; std::getline(file, line); summary = Json::parse(line)) {
+    const Json event = Json::parse(line);
     handed = handed || (struck && line.find("transmitter_has_control") != std::string::npos);
     if (event.value("what", "") != "truth" || event["t_s"] < kStruckAt_s || handed) {
       continue;
     }
-    const double x_m = event["x_m"], y_m = event["y_m"];
+    const double x_m = event["x_m"].get<double>(), y_m = event["y_m"].get<double>();
     from_m[0] = struck ? from_m[0] : x_m;
     from_m[1] = struck ? from_m[1] : y_m;
     struck = true;

@@ -54,40 +54,40 @@ class Tasks : public ProgramTest {
     (void)examined(*autopilot);
     return code;
   }
-  std::vector<json> lines() const {
-    std::vector<json> all;
+  std::vector<Json> lines() const {
+    std::vector<Json> all;
     std::ifstream file(events);
     for (std::string line; std::getline(file, line);) {
-      all.push_back(json::parse(line));
+      all.push_back(Json::parse(line));
     }
     return all;
   }
   /// Time of the autopilot's first such event after `from_s` [s].
   double at(const std::string& name, const std::string& what = "did", double from_s = 0.0) const {
-    for (const json& line : lines()) {
+    for (const Json& line : lines()) {
       if (line.value("name", "") == name && line["what"] == what && line["t_s"].get<double>() >= from_s) {
-        return line["t_s"];
+        return line["t_s"].get<double>();
       }
     }
     return kNever_s;
   }
   /// Number of such events.
   long times(const std::string& name, const std::string& what = "received") const {
-    const std::vector<json> all = lines();
+    const std::vector<Json> all = lines();
     return std::count_if(all.begin(), all.end(),
-                         [&](const json& line) { return line.value("name", "") == name && line["what"] == what; });
+                         [&](const Json& line) { return line.value("name", "") == name && line["what"] == what; });
   }
   /// Extremes of a true coordinate between two times.
   std::pair<double, double> range(const std::string& key, double from_s, double to_s) const {
     std::pair<double, double> seen{kNever_s, -kNever_s};
-    for (const json& line : lines()) {
+    for (const Json& line : lines()) {
       if (line["what"] == "truth" && line["t_s"].get<double>() >= from_s && line["t_s"].get<double>() <= to_s) {
         seen = {std::min(seen.first, line[key].get<double>()), std::max(seen.second, line[key].get<double>())};
       }
     }
     return seen;
   }
-  json flown() const { return json::parse(std::ifstream(result)); }
+  Json flown() const { return Json::parse(text_of(result)); }
   std::string all() const { return text_of(said) + error(); }
 };
 
@@ -144,7 +144,7 @@ TEST_F(Tasks, ThePilotsSwitchEndsATakeOffAtOnce) {
   EXPECT_LT(at("task_ended"), kNever_s);
   EXPECT_LE(at("transmitter_has_control", "did", left_s) - left_s, 0.1);
   EXPECT_EQ(times("task_takeoff"), 1) << "the request was repeated";
-  json last = lines().back();
+  Json last = lines().back();
   EXPECT_LE(last["latest_after_loss_s"], 0.04);
   EXPECT_EQ(flown()["took_off"], false);
 }

@@ -2,13 +2,13 @@
 #include "host_tests/sim/body/sim_json.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <string>
+
+#include "firmware/companion/files/text/json.h"
 
 namespace m100::sim {
 namespace {
 
-using Json = nlohmann::json;
 using Vector3 = core::Vector<double, 3>;
 
 constexpr double kMaxNormError = 0.05;  // of a quaternion: a rounded one passes, four other numbers do not
@@ -117,8 +117,8 @@ std::array<std::byte, ServoPacket::kBytes> encode(const ServoPacket& packet) {
 
 PhysicsAnswer decode_answer(std::string_view datagram) {
   const std::string_view line = last_line(datagram);
-  const Json in = Json::parse(line, nullptr, false);
-  if (in.is_discarded() || !in.is_object()) {
+  const Json in = Json::parse(line);
+  if (!in.is_object()) {
     throw PhysicsError(has_not_a_number(line) ? "the answer holds a number that is not finite (NaN or infinity)"
                                               : "the answer is not a JSON object");
   }

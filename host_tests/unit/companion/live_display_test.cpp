@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Live display of a flight: one JSON object per state, one status line, and no receiver unless one is given.
 #include "firmware/companion/operator/live_display.h"
+#include "firmware/companion/files/text/json.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +11,6 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/subcommands.h"
 
@@ -34,7 +34,7 @@ LiveState flying() {
 }
 
 TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
-  const nlohmann::json json = nlohmann::json::parse(json_of(flying()));
+  const Json json = Json::parse(json_of(flying()));
   EXPECT_EQ(json["timestamp"], 12.34);
   EXPECT_EQ(json["failsafe_state"], 1);
   EXPECT_EQ(json["position_m"]["y"], -2.0);
@@ -51,7 +51,7 @@ TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
 TEST(LiveDisplay, WhatIsNoNumberIsNull) {
   LiveState state = flying();
   state.yaw_rad = std::nan("");
-  EXPECT_TRUE(nlohmann::json::parse(json_of(state))["yaw_rad"].is_null());
+  EXPECT_TRUE(Json::parse(json_of(state))["yaw_rad"].is_null());
 }
 
 TEST(LiveDisplay, TheLineSaysStatePlaceErrorPoseAndLink) {

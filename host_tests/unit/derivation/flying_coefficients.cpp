@@ -2,8 +2,8 @@
 // flying_coefficients: prints the coefficients that fly as JSON, for firmware/est/derivation/derive.py.
 #include <array>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/est/filter/axis_filter.h"
 #include "firmware/model/axis_step.h"
 #include "firmware/model/vehicle.h"
@@ -12,7 +12,6 @@
 namespace {
 
 using namespace m100;
-using Json = nlohmann::json;
 using Filter = est::AxisFilter<double>;
 
 struct Case {
@@ -132,6 +131,6 @@ int main() {
     }
     out["observer"].push_back(observer_of(one));
   }
-  std::cout << out.dump(1) << '\n';
+  std::cout << out.sorted().dump(1) << '\n';
   return 0;
 }

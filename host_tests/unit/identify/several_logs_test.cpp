@@ -7,13 +7,14 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/lab/whole_file.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 #include "host_tests/unit/lab/refusal.h"
 
@@ -62,7 +63,7 @@ class SeveralLogs : public ::testing::Test {
   }
 
   /// The answer as JSON, or the program's error message.
-  std::pair<nlohmann::json, std::string> ask(const std::vector<std::string>& options) const {
+  std::pair<Json, std::string> ask(const std::vector<std::string>& options) const {
     std::vector<std::string> words{"identify", "--columns",      path("map.toml"), "--axis", "roll",
                                    "--json",   path("out.json"), "--draws",        "0"};
     words.insert(words.end(), options.begin(), options.end());
@@ -70,11 +71,11 @@ class SeveralLogs : public ::testing::Test {
       words.insert(words.end(), {"--declare", "second_order,transport_delay"});
     }
     const std::string said = refusal_of(add_identify, words);
-    return {said.empty() ? nlohmann::json::parse(std::ifstream(path("out.json"))) : nlohmann::json(), said};
+    return {said.empty() ? Json::parse(whole_file(path("out.json"))) : Json(), said};
   }
 
-  static std::string gaps_in(const nlohmann::json& answer) {
-    for (const nlohmann::json& finding : answer["findings"]) {
+  static std::string gaps_in(const Json& answer) {
+    for (const Json& finding : answer["findings"]) {
       std::string text = finding.is_string() ? finding.get<std::string>() : finding.dump();
       if (text.find("gap") != std::string::npos && text.find("missing or spoilt") != std::string::npos) {
         return text;
@@ -96,7 +97,7 @@ TEST_F(SeveralLogs, ShareTheirParameters) {
   const auto [answer, said] = ask({"--log", path("a.csv"), "--log", path("b.csv"), "--train", "1@2:14,2@302:314",
                                    "--validate", "1@14:24,2@314:324"});
   ASSERT_EQ(said, "");
-  const nlohmann::json& found = answer["final"]["parameters"];
+  const Json& found = answer["final"]["parameters"];
   // 24 s with air of 0.004 rad and tilts of 0.1 rad: the frequency is known to a few percent.
   EXPECT_NEAR(found["natural_frequency_rad_s"].get<double>(), 8.5, 0.05 * 8.5);
   EXPECT_NEAR(found["damping_ratio"].get<double>(), 0.68, 0.08);
@@ -118,7 +119,7 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
   EXPECT_TRUE(answer["changes"].empty()) << answer["changes"];
   EXPECT_EQ(answer["verdict"], "explained") << answer["unexplained"];
   std::map<std::string, double> found;
-  for (const nlohmann::json& effect : answer["effects"]) {
+  for (const Json& effect : answer["effects"]) {
     for (const auto& [name, value] : effect["parameters"].items()) {
       found[name] = value.is_object() ? value["value"].get<double>() : 0.0;
     }
@@ -126,7 +127,7 @@ TEST_F(SeveralLogs, HaveTrimsOfTheirOwn) {
   EXPECT_NEAR(found["width_counts"], 20.0, 4.0);
   EXPECT_NEAR(found["offset_counts"], 10.0, 4.0) << "the mean of both";
   std::string trims;
-  for (const nlohmann::json& finding : answer["findings"]) {
+  for (const Json& finding : answer["findings"]) {
     const std::string text = finding["text"].get<std::string>();
     trims = text.find("trim of its own") != std::string::npos ? text : trims;
   }
@@ -208,7 +209,7 @@ TEST_F(SeveralLogs, SplitStaysWithin) {
   EXPECT_EQ(whole["final"], same["final"]);
   write("b.csv", SyntheticAxis::random(2), 0.0,
         [](int row, const std::string& line) { return row == 9 ? line + "\n" + line : line; });
-  const nlohmann::json cut =
+  const Json cut =
       ask({"--log", path("a.csv"), "--validate-log", path("b.csv"), "--split", "alternate:5", "--within", "5:20"})
           .first;
   EXPECT_EQ(cut["final"], ask({"--log", path("a.csv"), "--validate-log", path("b.csv"), "--train", "5:10,10:15,15:20",

@@ -14,18 +14,18 @@ namespace {
 // Catches a campaign that ends with an exception and an empty file after its last flight.
 TEST(JsonFile, APathThatIsNoUtf8CostsNothing) {
   const std::string file = (std::filesystem::path(::testing::TempDir()) / "m100_json_file.json").string();
-  write_json(file, nlohmann::json{{"world",
-                                   "wi\xff"
-                                   "nd"}});
-  EXPECT_EQ(nlohmann::json::parse(whole_file(file)).at("world"), "wi\xEF\xBF\xBDnd");
+  write_json(file, Json{{"world",
+                         "wi\xff"
+                         "nd"}});
+  EXPECT_EQ(Json::parse(whole_file(file)).at("world"), "wi\xEF\xBF\xBDnd");
   std::filesystem::remove(file);
-  EXPECT_EQ(json_text(nlohmann::ordered_json("\xff")), "\"\xEF\xBF\xBD\"");
+  EXPECT_EQ(Json("\xff").dump(), "\"\xEF\xBF\xBD\"");
 }
 
 TEST(JsonFile, ThatCannotBeWrittenIsSaid) {
-  EXPECT_THROW(write_json("/nowhere/answer.json", nlohmann::json{}), InputError);
-  EXPECT_THROW(write_json("/dev/full", nlohmann::json{}), InputError);
-  EXPECT_NO_THROW(write_json("", nlohmann::json{})) << "none was asked for";
+  EXPECT_THROW(write_json("/nowhere/answer.json", Json{}), InputError);
+  EXPECT_THROW(write_json("/dev/full", Json{}), InputError);
+  EXPECT_NO_THROW(write_json("", Json{})) << "none was asked for";
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/model/stick_axis.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "firmware/sysid/axis_dynamics.h"

@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "firmware/companion/files/mode.h"
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/ctl/law/altitude_pid.h"
 #include "firmware/est/filter/height_filter.h"
@@ -222,8 +222,8 @@ TEST(MarginBox, TheShippedFileKeepsTheLimitsOfItsModes) {
 // Catches margins of another loop than the one that flies.
 TEST(HeightLoop, OscillatesAtTheMarginsThatAreReported) {
   const model::Vehicle vehicle = companion::load_vehicle(kVehicle).vehicle;
-  const nlohmann::json report = report_height_yaw(vehicle)["height"]["virtual_rc"];
-  const double gain = report["gain_margin"], late_s = report["delay_margin_s"];
+  const Json report = report_height_yaw(vehicle)["height"]["virtual_rc"];
+  const double gain = report["gain_margin"].get<double>(), late_s = report["delay_margin_s"].get<double>();
   EXPECT_TRUE(height_dies_out(vehicle, 0.98 * gain, 0.0));
   EXPECT_FALSE(height_dies_out(vehicle, 1.02 * gain, 0.0));
   EXPECT_TRUE(height_dies_out(vehicle, 1.0, 0.97 * late_s));
@@ -236,9 +236,9 @@ TEST(HeightLoop, Keeps6dBAnd45DegreesForEveryClimbAxis) {
   for (const double time_constant_s : {0.05, 0.08, 0.13, 0.3, 1.0}) {
     for (int delay_ms = 0; delay_ms <= 350; delay_ms += 25) {
       vehicle.climb = {.time_constant_s = time_constant_s, .transport_delay_s = 1e-3 * delay_ms};
-      const nlohmann::json report = report_height_yaw(vehicle);
+      const Json report = report_height_yaw(vehicle);
       for (const auto& channel : report["height"]) {
-        EXPECT_TRUE(channel["kept"]) << time_constant_s << " s, " << delay_ms << " ms: " << channel;
+        EXPECT_EQ(channel["kept"], true) << time_constant_s << " s, " << delay_ms << " ms: " << channel;
       }
     }
   }
@@ -249,7 +249,7 @@ TEST(HeightYaw, AnUnstableLoopIsNotKept) {
   model::Vehicle late = companion::load_vehicle(kVehicle).vehicle;
   late.yaw_rate.transport_delay_s = 0.3;
   late.yaw.proportional_per_s = 8.0;
-  const nlohmann::json yaw = report_height_yaw(late)["yaw"]["virtual_rc"];
+  const Json yaw = report_height_yaw(late)["yaw"]["virtual_rc"];
   EXPECT_FALSE(yaw["stable"].get<bool>() || yaw["kept"].get<bool>()) << yaw;
 }
 

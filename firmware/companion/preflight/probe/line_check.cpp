@@ -3,7 +3,6 @@
 
 #include <array>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "firmware/companion/files/text/printable.h"
@@ -43,7 +42,7 @@ void search_port(const std::string& port, std::uint32_t only, double seconds, st
 }
 
 /// @returns null if the port has no counters or was not opened.
-nlohmann::json to_json(const core::Expected<hal::LineErrors>& errors) {
+Json to_json(const core::Expected<hal::LineErrors>& errors) {
   if (!errors) {
     return nullptr;
   }
@@ -112,7 +111,7 @@ std::string remedy_of(const PortVerdict& found) {
   return std::string(remedy(found.verdict));
 }
 
-nlohmann::json to_json(const PortVerdict& found) {
+Json to_json(const PortVerdict& found) {
   return {{"port", found.port},
           {"baud", found.baud},
           {"verdict", name(found.verdict)},

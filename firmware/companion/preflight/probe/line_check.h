@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
+#include "firmware/companion/files/text/json.h"
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/companion/preflight/probe/line_probe.h"
 #include "firmware/link/link_health.h"
@@ -32,7 +32,7 @@ PortVerdict search_line(const std::vector<std::string>& ports, std::uint32_t bau
 
 /// What to do; for a port that cannot be opened, finding and remedy of preflight::check_port().
 std::string remedy_of(const PortVerdict& found);
-nlohmann::json to_json(const PortVerdict& found);
+Json to_json(const PortVerdict& found);
 /// Rate and verdict; of an autopilot also its firmware.
 std::string describe(const PortVerdict& found);
 

@@ -10,7 +10,6 @@
 namespace m100::lab::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr double kSigmasOfInterval = 2.0 * 1.96;
 
 bool is_named(const std::string& effect, const IdentifyResult& result) {
@@ -29,15 +28,15 @@ double found_deviation(const std::string& effect, const IdentifyResult& result) 
   return -1.0;
 }
 
-const nlohmann::json* forecast_of(const nlohmann::json& all, const std::string& axis) {
-  const nlohmann::json* one = &all;
+const Json* forecast_of(const Json& all, const std::string& axis) {
+  const Json* one = &all;
   if (all.contains("axes") && all["axes"].contains(axis)) {
     one = &all["axes"][axis];
   }
   return one->value("axis", "") == axis && one->contains("forecast") ? one : nullptr;
 }
 
-std::string listed(const nlohmann::ordered_json& names) {
+std::string listed(const Json& names) {
   std::string out;
   for (const Json& name : names) {
     out += (out.empty() ? "" : ", ") + name.get<std::string>();
@@ -47,14 +46,14 @@ std::string listed(const nlohmann::ordered_json& names) {
 
 }  // namespace
 
-nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, const IdentifyResult& result) {
-  const nlohmann::json* const of_axis = forecast_of(forecast, result.axis);
+Json compare_with_forecast(const Json& forecast, const IdentifyResult& result) {
+  const Json* const of_axis = forecast_of(forecast, result.axis);
   if (of_axis == nullptr) {
     return {};
   }
   Json effects = Json::array();
   Json kept = Json::array(), beyond = Json::array(), absent = Json::array();
-  for (const nlohmann::json& one : (*of_axis)["forecast"]) {
+  for (const Json& one : (*of_axis)["forecast"]) {
     const std::string effect = one.value("effect", "");
     const bool enough = one.value("enough", false);
     const bool named = is_named(effect, result);
@@ -78,7 +77,7 @@ nlohmann::ordered_json compare_with_forecast(const nlohmann::json& forecast, con
   return {{"as_forecast", kept}, {"beyond_forecast", beyond}, {"would_have_shown", absent}, {"effects", effects}};
 }
 
-std::string forecast_sentence(const nlohmann::ordered_json& comparison) {
+std::string forecast_sentence(const Json& comparison) {
   std::string out =
       "Effects that the excitation was designed to show and that were found: " + listed(comparison["as_forecast"]) +
       "; effects that it would have shown but that were not found: " + listed(comparison["would_have_shown"]) + ".";

@@ -8,8 +8,6 @@
 namespace m100::lab::identify {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 Json to_json(const Interval& interval) {
   return {{"value", interval.value}, {"low", interval.low}, {"high", interval.high}};
 }
@@ -154,7 +152,7 @@ std::string joined(const std::vector<std::string>& names, const char* between) {
 
 }  // namespace
 
-nlohmann::ordered_json to_json(const IdentifyResult& result) {
+Json to_json(const IdentifyResult& result) {
   Json effects = Json::array();
   for (const EffectResult& effect : result.effects) {
     effects.push_back(to_json(effect));
@@ -196,7 +194,7 @@ nlohmann::ordered_json to_json(const IdentifyResult& result) {
           {"elapsed_s", result.elapsed_s}};
 }
 
-nlohmann::ordered_json to_json(const std::vector<Refitted>& refitted) {
+Json to_json(const std::vector<Refitted>& refitted) {
   Json out = Json::array();
   for (const Refitted& one : refitted) {
     out.push_back({{"parameter", one.parameter},

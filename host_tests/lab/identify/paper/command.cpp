@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -46,7 +45,7 @@ void run(const PaperOptions& options) {
     identify::paper::add_yaw(report, options.yaw);
   }
   std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
-  nlohmann::ordered_json lines = nlohmann::ordered_json::array();
+  Json lines = Json::array();
   for (const identify::paper::ReproducedNumber& line : report.lines) {
     std::printf("%-48s ", line.quantity.c_str());
     if (std::isfinite(line.paper)) {
@@ -55,17 +54,16 @@ void run(const PaperOptions& options) {
       std::printf("%12s", "-");
     }
     std::printf(" %12.4g %12.4g\n", line.reproduced, line.aligned);
-    lines.push_back(
-        {{"quantity", line.quantity},
-         {"paper", std::isfinite(line.paper) ? nlohmann::ordered_json(line.paper) : nlohmann::ordered_json()},
-         {"reproduced", line.reproduced},
-         {"aligned", line.aligned}});
+    lines.push_back({{"quantity", line.quantity},
+                     {"paper", std::isfinite(line.paper) ? Json(line.paper) : Json()},
+                     {"reproduced", line.reproduced},
+                     {"aligned", line.aligned}});
   }
   std::printf("the sticks are %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
               report.evidence.c_str());
-  write_json(options.json, nlohmann::ordered_json{{"lines", std::move(lines)},
-                                                  {"stick_shift_samples", report.stick_shift_samples},
-                                                  {"evidence", report.evidence}});
+  write_json(options.json, Json{{"lines", std::move(lines)},
+                                {"stick_shift_samples", report.stick_shift_samples},
+                                {"evidence", report.evidence}});
 }
 
 }  // namespace
