@@ -16,6 +16,7 @@ endif()
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
 # What decides the bits of a result (promise R6) is PUBLIC: every file that sees a core type must agree on it.
+# Without -fno-math-errno std::sqrt links the C library's sqrt and errno into the image.
 add_library(m100_numerics INTERFACE)
 target_compile_features(m100_numerics INTERFACE cxx_std_20)
 target_compile_options(m100_numerics INTERFACE -ffp-contract=off -fno-fast-math -fno-math-errno)
