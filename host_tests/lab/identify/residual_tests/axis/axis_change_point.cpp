@@ -330,8 +330,8 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
 
 }  // namespace
 
-double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
-  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit)).score;
+WhitenedFit unchanged_fit(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
+  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit));
 }
 
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
