@@ -109,14 +109,14 @@ class AxisPipeline {
   void detect_other_stick() {
     const AxisData& data = problem_->training().signals.data;
     const AxisFamily& family = problem_->axis_family();
-    const std::string held = held_stick(data, problem_->free_ranges(), family, chosen_.final_model.fit);
+    const std::string coarse = coarse_stick(data, problem_->free_ranges(), family, chosen_.final_model.fit);
     const std::optional<ClockRate> clock =
-        held.empty() ? clock_rate(data, problem_->free_ranges(), family, chosen_.final_model.fit) : std::nullopt;
+        coarse.empty() ? clock_rate(data, problem_->free_ranges(), family, chosen_.final_model.fit) : std::nullopt;
     if (!request_.acts(SpecialTest::kClock)) {
       return;
     }
-    if (!held.empty()) {
-      side_findings_.unexplained.push_back(problem_->stick_name() + held);
+    if (!coarse.empty()) {
+      side_findings_.unexplained.push_back(problem_->stick_name() + coarse);
       withdraw(chosen_, "lead_zero");  // a held stick is late, and the response seems to begin before it
       has_other_cause_ = true;
     } else if (clock) {
@@ -244,7 +244,7 @@ class AxisPipeline {
       const FreeRun run = problem_->free_run();
       const double price = price_of(found.free_parameters, declared.free_parameters, run);
       const std::optional<AxisTether> plain = under(declared);
-      if (plain && plain->score < price + (tether ? tether->score : unchanged_score(run, family, found))) {
+      if (plain && plain->score < price + (tether ? tether->score : unchanged_fit(run, family, found).score)) {
         tether = plain;
         instead_of_effects = true;
       }
@@ -305,7 +305,7 @@ class AxisPipeline {
     for (const Family::Edit& edit : family.edits(fit.structure)) {
       const Fit constant = family.fit(edit.structure, all, &fit);
       const double score =
-          unchanged_score(run, family, constant) + price_of(constant.free_parameters, fit.free_parameters + 1, run);
+          unchanged_fit(run, family, constant).score + price_of(constant.free_parameters, fit.free_parameters + 1, run);
       if (score < change.score && request_.acts(SpecialTest::kConstant)) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
                                                ", which has no date, explains the log better"));
@@ -377,7 +377,7 @@ class AxisPipeline {
       const double price = price_of(chosen.final_model.fit.free_parameters, chosen.declared.fit.free_parameters, run);
       return plain.found && plain.score < with_effects.score + price ? plain : with_effects;
     }
-    return plain.found && plain.score + kNameMargin < unchanged_score(run, family, chosen.final_model.fit)
+    return plain.found && plain.score + kNameMargin < unchanged_fit(run, family, chosen.final_model.fit).score
                ? plain
                : with_effects;
   }

@@ -80,7 +80,7 @@ class CommonStructure {
     const Fit fitted = other.fit(fit.structure, std::vector<int>(other.block_count(), 1), &start);
     return {
         fit,
-        unchanged_score(run_, family_, fit) +
+        unchanged_fit(run_, family_, fit).score +
             static_cast<double>(fit.free_parameters) * std::log(static_cast<double>(run_.size())),
         lagged_product(problem_.validation_errors(fit), 0) + lagged_product(exchanged_->validation_errors(fitted), 0)};
   }

@@ -47,6 +47,7 @@ Maker change(const std::string& named, const std::string& hidden, double low, do
     vehicle.hidden_later[hidden] = factor                    ? std::exp(rng.sign() * std::log1p(size))
                                    : hidden == "trim_offset" ? rng.sign() * size
                                                              : size;
+    out.change_size = vehicle.hidden_later[hidden] - (factor ? 1.0 : 0.0);
     out.change = named;
   };
 }

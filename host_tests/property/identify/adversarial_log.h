@@ -23,6 +23,7 @@ struct AdversarialLog {
   bool healthy = false;            ///< "nothing missing" is the right answer
   std::string change;              ///< effect that changes in mid-flight; empty: none
   double change_s = 0.0;           ///< time of the change
+  double change_size = 0.0;        ///< after less before, as a share of before where that is not zero
   std::string finding;             ///< finding about the log that must be reported; empty: none
   std::vector<std::string> named;  ///< effects that may be named
   std::string effect;              ///< effect that the declared model lacks throughout; empty: none

@@ -31,19 +31,23 @@ std::string letters(const ::testing::TestParamInfo<std::string>& info) {
 
 INSTANTIATE_TEST_SUITE_P(Table, AdversarialLogTest, ::testing::ValuesIn(adversarial_log_kinds()), letters);
 
-// A change must be named and dated: its interval must contain the true time.
-TEST(AdversarialChange, IsDated) {
+// A change must be named, dated and measured: its intervals must contain the true time and size.
+TEST(AdversarialChange, IsDatedAndMeasured) {
   int inside = 0;
+  int measured = 0;
   int found = 0;
   for (std::uint64_t seed = 9001; seed <= 9006; ++seed) {
     const AdversarialLog truth = adversarial_log("gain changes 10 to 25 %", seed);
     for (const auto& change : identify_log(truth).changes) {
       ++found;
       inside += change.low_s - 0.3 <= truth.change_s && truth.change_s <= change.high_s + 0.3 ? 1 : 0;
+      const double size = truth.change_size * change.parameters.front().value;
+      measured += change.size && change.size->low <= size && size <= change.size->high ? 1 : 0;
     }
   }
   EXPECT_EQ(found, 6);
   EXPECT_GE(inside, 5);
+  EXPECT_GE(measured, 5);
 }
 
 }  // namespace

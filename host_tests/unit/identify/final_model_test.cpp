@@ -228,6 +228,22 @@ TEST(HeldStick, ThatTheVehicleDidNotReceiveIsSaid) {
   }
 }
 
+// Catches a clean bill for a stick that is logged in steps so coarse that the response shows what they hide.
+TEST(HeldStick, ThatIsRoundedIsSaid) {
+  for (const double level : {32.0, 64.0, 128.0}) {
+    for (const std::uint64_t seed : {101U, 102U, 103U}) {
+      FlightLog log = SyntheticAxis::random(seed).fly();
+      for (double& stick : log.of(Signal::kStickRoll)) {
+        stick = level * std::round(stick / level);
+      }
+      const std::string text = text_of(identify_axis(about(log, "roll", {"second_order", "transport_delay"})), false);
+      EXPECT_EQ(text.find("unexplained; stick_roll is logged in steps of " + std::to_string(std::lround(level))), 0U)
+          << text;
+      EXPECT_EQ(text.find("named"), std::string::npos) << text;
+    }
+  }
+}
+
 // A program's commands, on levels and held for a time, are what the vehicle receives.
 TEST(HeldStick, ThatTheVehicleReceivedIsSilent) {
   for (const std::uint64_t seed : {101U, 102U, 103U}) {

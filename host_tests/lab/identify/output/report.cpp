@@ -143,7 +143,8 @@ std::vector<std::string> sentences(const IdentifyResult& r) {
   }
   for (const Change& change : r.changes) {
     out.push_back(change.name + " changed in mid-flight, at " + number(change.at_s) + " s (between " +
-                  number(change.low_s) + " and " + number(change.high_s) + " s).");
+                  number(change.low_s) + " and " + number(change.high_s) + " s)" +
+                  (change.size ? ", by " + interval_text(*change.size) : "") + ".");
   }
   for (const Refitted& one : r.refitted) {
     if (one.matters) {

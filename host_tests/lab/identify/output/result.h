@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -106,6 +107,7 @@ struct Change {
   double high_s = 0.0;
   std::string name;  ///< of an effect, or gain, frequency, damping, mass
   std::vector<NamedValue> parameters;
+  std::optional<Interval> size;     ///< of a stick axis: after less before, 95 %
   std::vector<std::string> rivals;  ///< names that fit as well; empty: the name is certain
   double likelihood_ratio = 0.0;
 };

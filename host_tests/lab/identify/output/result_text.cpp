@@ -83,13 +83,17 @@ Json change_points(const IdentifyResult& result) {
     for (const NamedValue& parameter : change.parameters) {
       parameters[parameter.name] = parameter.value;
     }
-    out.push_back({{"at_s", change.at_s},
-                   {"low", change.low_s},
-                   {"high", change.high_s},
-                   {"name", change.name},
-                   {"parameters", std::move(parameters)},
-                   {"rivals", change.rivals},
-                   {"likelihood_ratio", change.likelihood_ratio}});
+    Json one{{"at_s", change.at_s},
+             {"low", change.low_s},
+             {"high", change.high_s},
+             {"name", change.name},
+             {"parameters", std::move(parameters)},
+             {"rivals", change.rivals},
+             {"likelihood_ratio", change.likelihood_ratio}};
+    if (change.size) {
+      one["size"] = {{"value", change.size->value}, {"low", change.size->low}, {"high", change.size->high}};
+    }
+    out.push_back(std::move(one));
   }
   return out;
 }
@@ -226,6 +230,9 @@ void change_lines(const IdentifyResult& result, Text& text) {
               change.rivals.empty() ? "" : (" (or " + joined(change.rivals, ", ") + ")").c_str());
     for (const NamedValue& parameter : change.parameters) {
       text.line("    %-24s %12.6g", in_stick_unit(parameter.name, result).c_str(), parameter.value);
+    }
+    if (change.size) {
+      text.line("    %-24s %12.6g [%.6g, %.6g]", "difference", change.size->value, change.size->low, change.size->high);
     }
   }
 }

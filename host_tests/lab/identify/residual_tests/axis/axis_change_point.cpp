@@ -289,6 +289,10 @@ Change described(const TriedChange& tried) {
   out.parameters = {
       {"before" + std::string(candidate.change->suffix), tried.fit.before.*candidate.free_parameter.member},
       {"after" + std::string(candidate.change->suffix), tried.fit.after.*candidate.free_parameter.member}};
+  constexpr double kTwoSided95 = 1.96;
+  const double reach = kTwoSided95 * tried.fit.sigmas.back();
+  const double size = out.parameters.back().value - out.parameters.front().value;
+  out.size = Interval{size, size - reach, size + reach};
   return out;
 }
 
@@ -330,8 +334,8 @@ std::vector<TriedChange> try_changes(const FreeRun& run, const WhitenedFit& stea
 
 }  // namespace
 
-double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
-  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit)).score;
+WhitenedFit unchanged_fit(const FreeRun& run, const AxisFamily& family, const Fit& fit) {
+  return fit_to_convergence(run, family.model(fit), free_parameters_of(family, fit));
 }
 
 ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit& fit) {

@@ -45,7 +45,7 @@ ChangePoint change_point(const FreeRun& run, const AxisFamily& family, const Fit
 /// From which likelihood ratio on one name is preferred to another.
 inline constexpr double kNameMargin = 6.0;
 
-/// Score of the fit's structure, refitted with constant parameters, to compare with ChangePoint::score.
-double unchanged_score(const FreeRun& run, const AxisFamily& family, const Fit& fit);
+/// The fit's structure, refitted with constant parameters. Its score is compared with ChangePoint::score.
+WhitenedFit unchanged_fit(const FreeRun& run, const AxisFamily& family, const Fit& fit);
 
 }  // namespace m100::lab::identify

@@ -16,11 +16,93 @@
 namespace m100::lab::identify {
 namespace {
 
-/// The samples at which the stick takes a new value.
-std::vector<std::size_t> steps_of(const std::vector<double>& stick) {
+constexpr double kHalf_s = 60.0;  ///< of the middle of a log, in which what costs most is looked at
+
+/// The ranges within `half_s` of their middle.
+std::vector<Range> middle_of(std::vector<Range> ranges, double half_s) {
+  std::sort(ranges.begin(), ranges.end());
+  const double middle_s = 0.5 * (ranges.front().first + ranges.back().second);
+  std::vector<Range> out;
+  for (const Range& range : ranges) {
+    const Range cut{std::max(range.first, middle_s - half_s), std::min(range.second, middle_s + half_s)};
+    if (cut.first < cut.second) {
+      out.push_back(cut);
+    }
+  }
+  return out;
+}
+
+/// The likelihood of a stick that was rounded to levels: each rest on a level then hides an error of its own, uniform
+/// within half a level, here normal with the same variance (linear Gaussian model: Bishop, Pattern Recognition, 3.5).
+class RoundedStick {
+ public:
+  /// @param steps  samples at which the stick changes; between two of them it rests on a level
+  RoundedStick(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& axis,
+               const std::vector<std::size_t>& steps, double level)
+      : run_(data, ranges), error_(run_.error(axis)) {
+    constexpr std::size_t kMostRests = 300;
+    const std::size_t rests = std::min(steps.size() - 1, kMostRests);
+    answers_.resize(error_.size(), static_cast<Eigen::Index>(rests));
+    AxisData moved = data;
+    for (std::size_t k = 0; k < rests; ++k) {
+      const auto add = [&](double counts) {
+        for (std::size_t i = steps[k]; i < steps[k + 1]; ++i) {
+          moved.stick[i] = data.stick[i] + counts;
+        }
+      };
+      add(level / std::sqrt(12.0));
+      answers_.col(static_cast<Eigen::Index>(k)) = FreeRun(moved, ranges).error(axis) - error_;
+      add(0.0);
+    }
+    error_.array() -= error_.mean();
+  }
+
+  /// By how much rounding lowers n ln(mean square of the innovations), after the price of what it leaves open.
+  double evidence() const {
+    constexpr int kIterations = 4;
+    Rows hidden = Rows::Zero(answers_.cols());
+    double best = run_.score(error_);
+    const double logged = best;
+    for (int iteration = 0; iteration < kIterations; ++iteration) {
+      const Rows left = error_ + answers_ * hidden;
+      const Ar filter = autoregression(left, run_.segments());
+      const double count = whitened_rows(run_.segments());
+      const double variance = whitened(filter, left).squaredNorm() / count;
+      const Rows error = whitened(filter, error_);
+      Columns answers = answers_;
+      for (Eigen::Index k = 0; k < answers.cols(); ++k) {
+        answers.col(k) = whitened(filter, answers_.col(k));
+      }
+      Columns normal = answers.transpose() * answers / variance;
+      normal.diagonal().array() += 1.0;
+      const Eigen::LLT<Columns> solver(normal);
+      const Rows right = answers.transpose() * error / variance;
+      hidden = -solver.solve(right);
+      const double log_determinant = 2.0 * Rows(Columns(solver.matrixL()).diagonal()).array().log().sum();
+      best = std::min(best, count * std::log(variance) - count + error.squaredNorm() / variance + right.dot(hidden) +
+                                log_determinant);
+    }
+    return logged - best;
+  }
+
+ private:
+  Rows whitened(const Ar& filter, Rows values) const {
+    run_.whiten_rows(filter, values);
+    return values;
+  }
+
+  FreeRun run_;
+  Rows error_;       ///< simulated minus measured
+  Columns answers_;  ///< of each rest, to one standard deviation of the rounding
+};
+
+/// The samples of the ranges at which the stick takes a new value.
+std::vector<std::size_t> steps_of(const AxisData& data, const std::vector<Range>& ranges) {
   std::vector<std::size_t> out;
-  for (std::size_t i = 1; i < stick.size(); ++i) {
-    if (stick[i] != stick[i - 1]) {
+  for (std::size_t i = 1; i < data.stick.size(); ++i) {
+    if (data.stick[i] != data.stick[i - 1] && std::any_of(ranges.begin(), ranges.end(), [&](const Range& range) {
+          return range.first <= data.time_s(i) && data.time_s(i) <= range.second;
+        })) {
       out.push_back(i);
     }
   }
@@ -40,22 +122,17 @@ AxisData through_new_values(AxisData data, const std::vector<std::size_t>& steps
   return data;
 }
 
-double score_of(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family, const Fit& fit) {
-  return unchanged_score(FreeRun(data, ranges), family, fit);
-}
-
-/// The ranges within `half_s` of their middle.
-std::vector<Range> middle_of(std::vector<Range> ranges, double half_s) {
-  std::sort(ranges.begin(), ranges.end());
-  const double middle_s = 0.5 * (ranges.front().first + ranges.back().second);
-  std::vector<Range> out;
-  for (const Range& range : ranges) {
-    const Range cut{std::max(range.first, middle_s - half_s), std::min(range.second, middle_s + half_s)};
-    if (cut.first < cut.second) {
-      out.push_back(cut);
-    }
+/// The size by which the stick changes, if all changes are multiples of it; else 0.
+double level_of(const std::vector<double>& stick, const std::vector<std::size_t>& steps) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::size_t i : steps) {
+    least = std::min(least, std::abs(stick[i] - stick[i - 1]));
   }
-  return out;
+  const bool all = std::all_of(steps.begin(), steps.end(), [&](std::size_t i) {
+    const double levels = (stick[i] - stick[i - 1]) / least;
+    return std::abs(levels - std::round(levels)) < 1e-6;
+  });
+  return all ? least : 0.0;
 }
 
 /// Squared errors of a model in windows of the log, for delays that are longer or shorter by whole steps.
@@ -104,9 +181,9 @@ class DelayProfile {
 
 }  // namespace
 
-std::string held_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
-                       const Fit& fit) {
-  const std::vector<std::size_t> steps = steps_of(data.stick);
+std::string coarse_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                         const Fit& fit) {
+  const std::vector<std::size_t> steps = steps_of(data, middle_of(ranges, kHalf_s));
   constexpr std::size_t kEnough = 20;
   if (is_stick_undersampled(data) || steps.size() < kEnough) {
     return "";
@@ -117,19 +194,25 @@ std::string held_stick(const AxisData& data, const std::vector<Range>& ranges, c
   }
   const auto middle = held.begin() + std::ssize(held) / 2;
   std::nth_element(held.begin(), middle, held.end());
-  if (*middle < 2 ||
-      score_of(data, ranges, family, fit) - score_of(through_new_values(data, steps, *middle), ranges, family, fit) <
+  const FreeRun run(data, ranges);
+  const WhitenedFit unchanged = unchanged_fit(run, family, fit);
+  constexpr const char* kSmoother = ", but the response follows a smoother motion: what is %s cannot be told";
+  if (*middle > 1 &&
+      unchanged.score - unchanged_fit(FreeRun(through_new_values(data, steps, *middle), ranges), family, fit).score >=
           kChanceChange) {
-    return "";
+    return printed(" is logged anew every %.2g s only", static_cast<double>(*middle) * data.period_s) +
+           printed(kSmoother, "shorter");
   }
-  return printed(" is logged anew every %.2g s only, but the response follows a smoother motion: ",
-                 static_cast<double>(*middle) * data.period_s) +
-         "what is shorter cannot be told";
+  const double level = level_of(data.stick, steps);
+  if (level > 0.0 &&
+      RoundedStick(data, middle_of(ranges, kHalf_s), unchanged.before, steps, level).evidence() >= kChanceChange) {
+    return printed(" is logged in steps of %.3g counts only", level) + printed(kSmoother, "finer");
+  }
+  return "";
 }
 
 std::optional<ClockRate> clock_rate(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                                     const Fit& fit) {
-  constexpr double kHalf_s = 60.0;
   constexpr double kFastest = 0.012;
   constexpr double kMin_s = 20.0;
   const std::vector<Range> middle = middle_of(ranges, kHalf_s);

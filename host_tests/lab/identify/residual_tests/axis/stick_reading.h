@@ -12,11 +12,11 @@ namespace m100::lab::identify {
 
 // The vehicle may have received another stick than the logged one.
 
-/// Whether the stick was logged more slowly than its column says: it holds its values, and a line through the new
-/// values is likelier than the logged stick, by kChanceChange.
+/// Whether the stick was logged more slowly than its column says (it holds its values), or in coarser steps: a line
+/// through the new values, or between its levels, is likelier than the logged stick, by kChanceChange.
 /// @returns the end of a sentence about the stick; empty: the vehicle received the logged stick
-std::string held_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
-                       const Fit& fit);
+std::string coarse_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
+                         const Fit& fit);
 
 struct ClockRate {
   double rate = 0.0;   ///< of StickClock; below 0: the sticks' clock is slower than the response's
