@@ -221,7 +221,7 @@ class Summary {
       missed_.push_back("a stable loop: " + name);
     }
     for (const auto& [key, inner] : of.items()) {
-      if (inner.is_object() || inner.is_array()) {
+      if (inner.is_object()) {
         margins(inner, name + (name.empty() ? "" : ", ") + key);
       }
     }

@@ -247,7 +247,7 @@ def lab_json_offences(lab, folder):
     if read.get("signals") != ["stick_roll", "attitude_roll"] or read["samples"] < 1000:
         yield f"m100-lab convert --json: exit code {code}, {read}, {err}"
     page, whole = file_of(folder, "p.html", "<html><title>p</title><body></body></html>"), folder / "o.html"
-    margins = {"flown": {"f": {"x": {"movement": {"stable": True}, "corners": {"movement": {"stable": False}}}}}, "yaw": {"stable": True}}
+    margins = {"flown": {"f": {"x": {"movement": {"stable": True, "ranges": {"gain": [0.8, 1.2]}}, "corners": {"movement": {"stable": False}}}}}, "yaw": {"stable": True}}
     code, _, err = run(lab, "report", page, "--out", whole, "--margins", file_of(folder, "m.json", json.dumps(margins)))
     if code != 0 or "1 goal was not reached: a stable loop: flown, f, x, corners, movement." not in whole.read_text():
         yield f"m100-lab report --margins: exit code {code}, {err}"
