@@ -58,6 +58,22 @@ completes() {
     "$root/usr/share/bash-completion/completions/$name" "$@")
   [ "$offered" = "$expected" ] || fail "completion offers '$offered' for '$*'"
 }
+# unit_is_sound UNIT SUBCOMMAND: the subcommand, whose help is in $root/help, has every option that the unit gives it, and
+# systemd-analyze accepts the unit without a message; stand-ins replace the units and the shell that a board has.
+unit_is_sound() {
+  local option stand_in said unit=$root/lib/systemd/system/$1
+  for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
+    grep -q -- "$option " "$root/help" || fail "$1 uses $option, which $2 does not know"
+  done
+  command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ] || return 0
+  mkdir -p "$root/bin"
+  [ -e "$root/bin/sh" ] || install -m 755 /dev/null "$root/bin/sh"
+  for stand_in in sysinit.target basic.target shutdown.target multi-user.target network-online.target system.slice; do
+    printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/lib/systemd/system/$stand_in"
+  done
+  said=$(systemd-analyze verify --man=no --root="$root" "$1" 2>&1) || fail "systemd-analyze: $said"
+  [ -z "$said" ] || fail "systemd-analyze: $said"
+}
 removed() {
   dpkg --root="$root" --force-not-root --log=/dev/null --purge "$name" >/dev/null 2>&1 || fail "cannot be removed"
   [ ! -e "$root/usr/bin/$name" ] && [ ! -e "$root/usr/lib/cmake/m100" ] || fail "something is still there after the purge"
@@ -87,6 +103,8 @@ if [ "$name" = m100-lab ]; then
   completes --columns m100-lab identify --colu
   completes 'roll' m100-lab identify --axis ro
   completes 'decode encode --help' m100-lab frames ''
+  "$root/usr/bin/m100-lab" bridge --help >"$root/help"
+  unit_is_sound m100-bridge.service bridge
   "$root/usr/bin/m100-lab" demo --out "$root/demo" >"$root/log" 2>&1 || { cat "$root/log"; fail "the demonstration fails"; }
   grep -q 'SIMULATED flight:' "$root/log" && [ -s "$root/demo/report.html" ] || fail "the demonstration leaves no page"
   [ ! -e "$root/demo/flown" ] || fail "the demonstration has not used the log of the package"
@@ -126,24 +144,12 @@ unit=$root/lib/systemd/system/m100.service
 ! grep -v '^#' "$unit" | grep -q -- --take-control || fail "the service takes control without an order"
 grep -q '^Restart=on-failure' "$unit" && grep -q '^WatchdogSec=' "$unit" && grep -q '^KillMode=process' "$unit" ||
   fail "the unit file lacks Restart=on-failure, WatchdogSec= or KillMode=process"
-# The environment file sets every variable of the unit, and the program knows every option.
+# The environment file sets every variable of the unit.
 for variable in $(grep -o '\$[{]*M100_[A-Z_]*' "$unit" | tr -d '${' | sort -u); do
   grep -q "^$variable=" "$root/etc/m100/m100.env" || fail "m100.env does not set $variable"
 done
 m100 fly --help >"$root/help"
-for option in $(grep '^ExecStart=' "$unit" | grep -o -- ' --[a-z-]*'); do
-  grep -q -- "$option " "$root/help" || fail "the service uses $option, which fly does not know"
-done
-# systemd-analyze accepts the unit without a message; stand-ins replace the units and the shell that a board has.
-if command -v systemd-analyze >/dev/null && [ "$machine" = amd64 ]; then
-  mkdir -p "$root/bin"
-  [ -e "$root/bin/sh" ] || install -m 755 /dev/null "$root/bin/sh"
-  for stand_in in sysinit.target basic.target shutdown.target multi-user.target system.slice; do
-    printf '[Unit]\nDescription=stand-in\nDefaultDependencies=no\n' >"$root/lib/systemd/system/$stand_in"
-  done
-  said=$(systemd-analyze verify --man=no --root="$root" m100.service 2>&1) || fail "systemd-analyze: $said"
-  [ -z "$said" ] || fail "systemd-analyze: $said"
-fi
+unit_is_sound m100.service fly
 
 # The manual page and the completion know every subcommand.
 knows_subcommands '\.B SUBCOMMAND$' m100

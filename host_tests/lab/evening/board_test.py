@@ -15,6 +15,7 @@ import select
 import shutil
 import signal
 import socket
+import socket
 import subprocess
 import sys
 import tempfile
@@ -174,6 +175,7 @@ def uses_the_board(m100, lab, server, work):
         expect(person.ended() == 1, "the evening ends as when a check fails")
     expect((folder / "not_passed/record.1/hand.ulg").read_text() == "log\n", "the log of the stopped run came back")
     fetches_what_was_left(evening, server, folder, there)
+    starts_the_bridge(evening, server, folder, work)
     stops_at_the_prompt(evening, server)
     is_not_reached(by_hand, evening, server)
 
@@ -197,6 +199,49 @@ def fetches_what_was_left(evening, server, folder, there):
         person.ended()
     aside = list((there / "not_passed").iterdir())
     expect([one.read_text() for one in aside] == ["half a log"], f"half a result makes room on the board: {aside}")
+
+
+def starts_the_bridge(evening, server, folder, work):
+    """The bridge passes poses on while a step runs on the board, and no longer."""
+    key = work / "mavlink.key"
+    key.write_text("01" * 32 + "\n")
+    key.chmod(0o600)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as room, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as board:
+        room.bind(("127.0.0.1", 0))
+        listens = room.getsockname()[1]
+        room.close()  # the port is free again
+        board.bind(("127.0.0.1", 0))
+        board.settimeout(0.2)
+        options = f"--listen udp:{listens} --to 127.0.0.1:{board.getsockname()[1]}"
+        bridged = [*evening, "--pose-port", "udp:14560", "--mavlink-key", str(key), "--bridge"]
+        run = subprocess.run([*bridged, "--listen tcp:1"], capture_output=True, text=True, check=False, env=server.environment,
+                             input="\n")
+        expect(run.returncode == 2 and "bridge.txt" in run.stderr, f"a bridge that does not start is told: {run}")
+        with Terminal([*bridged, options], server.environment) as person:
+            person.read("Enter runs it on the board")
+            expect(not passes_on(listens, board), "no bridge runs before the step")
+            person.type("\n")
+            person.read("recording")
+            expect(passes_on(listens, board), f"the step has its bridge: {(folder / 'bridge.txt').read_text()}")
+            person.type("\n")
+            person.read("heard")
+            person.type("\x03")
+            person.read("NOT PASSED")
+            person.ended()
+        expect(not passes_on(listens, board), "the bridge has ended with the step")
+
+
+def passes_on(listens, board):
+    """Whether a pose to the port of the room arrives at the board within two seconds."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        for number in range(10):
+            sender.sendto(f"{time.time() + number} 0 0 1 1 0 0 0".encode(), ("127.0.0.1", listens))
+            try:
+                if board.recv(2000):
+                    return True
+            except TimeoutError:
+                pass
+    return False
 
 
 def stops_at_the_prompt(evening, server):

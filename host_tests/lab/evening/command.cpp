@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
+#include <iterator>
 #include <memory>
+#include <sstream>
 #include <utility>
 
 #include "firmware/companion/command_line.h"
@@ -95,7 +97,7 @@ class Evening {
       if (std::string line; !std::getline(std::cin, line)) {
         return false;
       }
-      const int code = board_->run(step);
+      const int code = run_on_board(step);
       if (!board_->has_result(step)) {
         reject(step, code == kNotFound ? "the board has no program m100: install its package there"
                                        : "the command ended with exit code " + std::to_string(code) +
@@ -106,12 +108,35 @@ class Evening {
     return true;
   }
 
+  /// The command that sends poses from this machine to the board; empty: none.
+  Command bridge() const {
+    const evening::Settings& settings = folder_.settings();
+    std::istringstream words(settings.bridge);
+    Command out{std::istream_iterator<std::string>(words), {}};
+    if (!out.empty()) {
+      out.insert(out.begin(), {"m100-lab", "bridge", "--mavlink-key", fs::absolute(settings.pose.key_file).string()});
+    }
+    return out;
+  }
+
+  int run_on_board(const Step& step) const {
+    std::unique_ptr<evening::SideProgram> beside;
+    if (Command command = bridge(); !command.empty()) {
+      command.front() = fs::read_symlink("/proc/self/exe").string();
+      beside = std::make_unique<evening::SideProgram>(command, folder_.path(), "bridge.txt");
+    }
+    return board_->run(step);
+  }
+
   /// Tells the person what the next step is and how to do it.
   void ask_for(const Step& step) const {
     const std::string command = evening::typed(step.commands.front());
     std::cout << "next: " << step.name << ". " << step.sentence << "\n"
-              << "on the board, in a copy of " << fs::canonical(folder_.path()).string() << ":\n  " << command << "\n"
-              << "then copy";
+              << "on the board, in a copy of " << fs::canonical(folder_.path()).string() << ":\n  " << command << "\n";
+    if (!bridge().empty()) {
+      std::cout << "beside it, on this machine, until it has ended:\n  " << evening::typed(bridge()) << "\n";
+    }
+    std::cout << "then copy";
     for (const std::string& name : step.makes) {
       std::cout << " " << name;
     }
@@ -308,12 +333,15 @@ void take_given(const companion::Subcommand& command, const evening::Settings& f
   take("--set-points-from", from.pose.set_points_from, to.pose.set_points_from);
   take("--mavlink-key", from.pose.key_file, to.pose.key_file);
   take("--accept-clock", from.pose.accept_clock, to.pose.accept_clock);
+  take("--bridge", from.bridge, to.bridge);
 }
 
 /// The board's commands are printed from these options, and must not be refused there.
 void check_ports(const evening::Settings& settings) {
   const std::string conflict = settings.port == settings.pose.port
                                    ? "--pose-port: " + settings.pose.port + " is the autopilot's port, too"
+                               : !settings.bridge.empty() && settings.pose.key_file.empty()
+                                   ? "--bridge: its poses are signed, and need --mavlink-key"
                                    : companion::conflict_of(settings.pose);
   if (!conflict.empty()) {
     throw InputError("evening", 0, "", conflict);
@@ -373,6 +401,10 @@ void add_evening(companion::CommandLine& lab) {
   command.add_option("--baud", settings.baud, "baud rate of the autopilot's port, as set in DJI's assistant")
       .one_of({115200, 230400, 460800, 921600});
   companion::add_pose_options(command, settings.pose);
+  command.add_option(
+      "--bridge", settings.bridge,
+      "options of m100-lab bridge, which then sends the poses from this machine while a step runs on the board. "
+      "Example: --bridge '--vrpn m100@192.168.1.10 --to 192.168.1.20:14560'");
   command.add_option("--app-id", settings.app_id, "app id from DJI's developer site");
   command
       .add_option("--flights", settings.flights,

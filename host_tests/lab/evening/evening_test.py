@@ -211,7 +211,12 @@ def prints_what_the_board_accepts(evening, work):
         run = subprocess.run([other.m100, *argv[1:]], cwd=other.folder, capture_output=True, text=True, check=False)
         expect(argv[1] == "record" and all(word in argv for word in source), f"{argv} names {source}")
         expect(run.stderr.startswith("m100: /dev/none: no such serial port"), f"{argv} is refused: {run.stderr}")
-    for source, because in ((here[:2], "unsigned poses need --pose-from"), (["--pose-port", "udp:14560"], "must be signed")):
+    bridge = ["--bridge", "--vrpn m100@192.168.1.10 --to 192.168.1.20:14560"]
+    other.folder = work / "bridged"
+    code, said = other.call("--port", "/dev/none", *sources[2], *bridge)
+    expect(code == 0 and f"m100-lab bridge --mavlink-key {key} {bridge[1]}\n" in said, f"the bridge is named: {said}")
+    for source, because in ((here[:2], "unsigned poses need --pose-from"), (["--pose-port", "udp:14560"], "must be signed"),
+                            ([*here, *bridge], "need --mavlink-key")):
         other.folder = work / "refused"
         code, said = other.call("--port", "/dev/none", *source)
         expect(code == 2 and because in said and not other.folder.exists(), f"{source} is refused before anything is made")

@@ -28,6 +28,7 @@ Json to_json(const Settings& settings) {
           {"set_points_from", settings.pose.set_points_from},
           {"mavlink_key", settings.pose.key_file},
           {"accept_clock", settings.pose.accept_clock},
+          {"bridge", settings.bridge},
           {"app_id", settings.app_id},
           {"flights", settings.flights},
           {"key_file", settings.key_file},
@@ -49,6 +50,7 @@ Settings settings_of(const Json& json) {
   out.pose.set_points_from = json.value("set_points_from", "");
   out.pose.key_file = json.value("mavlink_key", "");
   out.pose.accept_clock = json.value("accept_clock", false);
+  out.bridge = json.value("bridge", "");
   read("app_id", out.app_id);
   out.flights = json.value("flights", 1);
   read("key_file", out.key_file);

@@ -17,6 +17,7 @@ struct Settings {
   std::string port;  ///< serial port of the autopilot, as the board names it
   std::uint32_t baud = 230400;
   companion::PoseOptions pose;  ///< where the board gets the poses
+  std::string bridge;  ///< options of `m100-lab bridge`, which sends them from this machine; empty: it does not
   std::uint32_t app_id = 0;
   int flights = 1;            ///< of the course, before and after the correction
   std::string key_file;       ///< on the board; empty: commands are not encrypted

@@ -4,10 +4,12 @@
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/file.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 
 #include "host_tests/lab/input_error.h"
@@ -21,7 +23,7 @@ std::string typed(const std::vector<std::string>& command) {
   std::string out;
   for (const std::string& word : command) {
     const bool plain =
-        word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./:,=") ==
+        word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./:,=@") ==
         std::string::npos;
     std::string quoted;
     for (const char letter : word) {
@@ -103,6 +105,34 @@ int run_program(const std::vector<std::string>& command, const std::string& fold
     throw InputError(command.front(), 0, "", "cannot be started; use --m100 to name the program m100 on this machine");
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+SideProgram::SideProgram(std::vector<std::string> command, const std::string& folder, const std::string& said)
+    : child_(fork()) {
+  if (child_ == 0) {
+    const int out = open((folder + "/" + said).c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
+    const bool moved = chdir(folder.c_str()) == 0 && dup2(out, STDOUT_FILENO) >= 0 && dup2(out, STDERR_FILENO) >= 0;
+    close_range(STDERR_FILENO + 1, ~0U, 0);
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    std::vector<char*> pointers;
+    for (std::string& word : command) {
+      pointers.push_back(word.data());
+    }
+    pointers.push_back(nullptr);
+    if (moved) {
+      execv(pointers[0], pointers.data());
+    }
+    _exit(127);
+  }
+  usleep(200'000);
+  if (child_ < 0 || waitpid(child_, nullptr, WNOHANG) == child_) {
+    throw InputError(folder + "/" + said, 0, "", "`" + typed(command) + "` has ended; this file says why");
+  }
+}
+
+SideProgram::~SideProgram() {
+  kill(child_, SIGTERM);
+  waitpid(child_, nullptr, 0);
 }
 
 bool FolderLock::is_held(const std::string& folder) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <sys/types.h>
+
 #include <string>
 #include <vector>
 
@@ -19,6 +21,21 @@ struct Streams {
 /// we end it (interruption.h). @returns its exit code, or 128 plus the number of the signal that ended it. Errors:
 /// InputError if a file cannot be opened or the program cannot be started.
 int run_program(const std::vector<std::string>& command, const std::string& folder, const Streams& streams);
+
+/// A program of ours that runs beside a step, inside the folder, and is ended with this object, or if our process ends.
+/// It does not hold the folder's lock.
+class SideProgram {
+ public:
+  /// @param said file of the folder to which its output is appended
+  /// Errors: InputError if it cannot be started, or ends within a fifth of a second.
+  SideProgram(std::vector<std::string> command, const std::string& folder, const std::string& said);
+  ~SideProgram();
+  SideProgram(const SideProgram&) = delete;
+  SideProgram& operator=(const SideProgram&) = delete;
+
+ private:
+  pid_t child_;
+};
 
 /// A lock on a folder. Programs that run_program() starts hold it as long as they run, because the last command of a
 /// killed evening may still be writing.

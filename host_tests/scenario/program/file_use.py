@@ -81,7 +81,7 @@ TABLE = {
                             needed=["pages", "--out"], outputs=["--out"],
                             other=["--title", "--note", "--asked", "--source"]),
     # Uses the files of an aircraft's folder; the other names belong to the board and are not opened here.
-    "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--pose-from", "--set-points-from", "--mavlink-key", "--key-file", "--m100", "--board"]),
+    "m100-lab evening": dict(other=["folder", "--port", "--pose-port", "--pose-from", "--set-points-from", "--mavlink-key", "--bridge", "--key-file", "--m100", "--board"]),
     "m100-lab bridge": dict(words="--listen udp:9763 --to 127.0.0.1:9764 --duration 0.01", inputs=["--mavlink-key"],
                             needed=["--mavlink-key"], outputs=["--json"],
                             other=["--listen", "--from", "--vrpn", "--to", "--axes", "--stamp"]),
