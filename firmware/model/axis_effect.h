@@ -110,6 +110,7 @@ struct AxisEffect {
   std::string_view needs{};                         ///< the effect that it requires
   std::string_view not_beside{};                    ///< the effect that contains it: never both
   bool needs_other_stick = false;
+  bool of_response = false;     ///< acts behind delay and dynamics (ResponseLaw), not on the stick
   bool in_every_model = false;  ///< a nuisance parameter: always fitted, an effect where it leaves its neutral
   Typical typical{};
   InFlight in_flight = InFlight::kLeftToTheObserver;

@@ -171,6 +171,7 @@ inline constexpr std::array kAxisEffects{
                                .logarithmic = true}},
         .starts = {{0.5}, {0.9}},
         .variant = "slew",
+        .of_response = true,
         .typical = {0.6, Typical::Of::kFastestResponse},
         .sentence = "The axis turns no faster than the limit: large steps are slower than the linear model says."},
     AxisEffect{.name = "gain_asymmetry",

@@ -188,4 +188,28 @@ class StickLaw {
   bool started_ = false;
 };
 
+/// What the response itself does behind delay and linear dynamics. Without an effect it changes nothing.
+template <typename Real>
+class ResponseLaw {
+ public:
+  explicit ResponseLaw(const StickAxis& axis) : limit_per_s_(static_cast<Real>(axis.rate_limit_per_s)) {}
+
+  bool acts() const { return limit_per_s_ > Real(0); }
+  /// @returns the rate y' of a second-order response.
+  Real rate(Real rate_per_s) const {
+    return limit_per_s_ > Real(0) ? core::clamp(rate_per_s, -limit_per_s_, limit_per_s_) : rate_per_s;
+  }
+  /// @returns the response step_s after it was `before`, where the linear dynamics give `after`.
+  Real value(Real before, Real after, Real step_s) const {
+    if (limit_per_s_ > Real(0)) {
+      const Real most = limit_per_s_ * step_s;
+      after = before + core::clamp(after - before, -most, most);
+    }
+    return after;
+  }
+
+ private:
+  Real limit_per_s_;
+};
+
 }  // namespace m100::model

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/sysid/axis_dynamics.h"
 
-#include "firmware/core/maths.h"
 #include "firmware/model/axis_step.h"
 
 namespace m100::sysid {
 
 template <typename Real>
 [[gnu::cold]] AxisDynamics<Real>::AxisDynamics(const model::StickAxis& axis, Real sample_period_s)
-    : first_order_(axis.is_first_order()),
-      sample_period_s_(sample_period_s),
-      limit_per_s_(static_cast<Real>(axis.rate_limit_per_s)) {
+    : first_order_(axis.is_first_order()), sample_period_s_(sample_period_s), law_(axis) {
   const model::AxisStep step = model::axis_step(axis, static_cast<double>(sample_period_s));
   a11_ = static_cast<Real>(step.oo);
   a12_ = static_cast<Real>(step.o_r);
@@ -21,19 +18,7 @@ template <typename Real>
 template <typename Real>
 void AxisDynamics<Real>::start(Real value, Real rate_per_s) {
   value_ = value;
-  rate_per_s_ = limit_per_s_ > Real(0) ? core::clamp(rate_per_s, -limit_per_s_, limit_per_s_) : rate_per_s;
-}
-
-template <typename Real>
-Real AxisDynamics<Real>::limited(Real before, Real after) const {
-  const Real most = limit_per_s_ * sample_period_s_;
-  return before + core::clamp(after - before, -most, most);
-}
-
-template <typename Real>
-void AxisDynamics<Real>::limit_rate(Real before) {
-  rate_per_s_ = core::clamp(rate_per_s_, -limit_per_s_, limit_per_s_);
-  value_ = limited(before, value_);
+  rate_per_s_ = law_.rate(rate_per_s);
 }
 
 template class AxisDynamics<float>;

@@ -52,6 +52,15 @@ def insert(copy, path, anchor, text):
     file.write_text("".join(lines), encoding="utf-8")
 
 
+def replace(copy, path, old, new):
+    """Replaces the only occurrence of a text."""
+    file = copy / path
+    text = file.read_text(encoding="utf-8")
+    if text.count(old) != 1:
+        raise Broken(f"{path}: {old!r} stands there {text.count(old)} times; this test's recipe needs it once")
+    file.write_text(text.replace(old, new), encoding="utf-8")
+
+
 def touched(root, copy):
     """Files of the copy that are new or differ."""
     out = []
@@ -181,6 +190,52 @@ def fly_axis_effect(copy):
         raise Broken("the forecast of manoeuvres does not know the effect")
 
 
+# ---- an effect of an axis' response ---------------------------------------------------------------------------------
+
+RISE_NAME = "rise_limit"
+RISE_KEY = "rise_limit_per_s"
+RISE_LIMIT = 0.7
+
+
+def add_response_effect(copy):
+    """A response that rises no faster than a limit, and falls freely: a member and its law, and a row."""
+    law = "firmware/model/stick_axis.h"
+    insert(copy, law, "  double cross_axis = 0.0;", f"  double {RISE_KEY} = 0.0;  ///< y' limit\n")
+    insert(copy, law, "  bool acts() const {", "  bool rises() const { return rise_per_s_ > Real(0); }\n")
+    insert(copy, law, "    return limit_per_s_ > Real(0) ? core::clamp(rate_per_s,",
+           "    if (rises()) {\n      rate_per_s = rate_per_s < rise_per_s_ ? rate_per_s : rise_per_s_;\n    }\n")
+    insert(copy, law, "    return after;",
+           "    if (rises() && after - before > rise_per_s_ * step_s) {\n      after = before + rise_per_s_ * step_s;\n    }\n")
+    insert(copy, law, "  Real limit_per_s_;", "  Real rise_per_s_ = Real(0);\n")
+    replace(copy, law, "(static_cast<Real>(axis.rate_limit_per_s)) {}",
+            f"(static_cast<Real>(axis.rate_limit_per_s)) {{\n    rise_per_s_ = static_cast<Real>(axis.{RISE_KEY});\n  }}")
+    replace(copy, law, "bool acts() const { return limit_per_s_ > Real(0); }",
+            "bool acts() const { return limit_per_s_ > Real(0) || rises(); }")
+    insert(copy, "firmware/model/axis_effects.h", "};  // kAxisEffects",
+           f'    AxisEffect{{.name = "{RISE_NAME}",\n'
+           f'               .numbers = {{AxisNumber{{.parameter = "rise_per_s",\n'
+           f'                                      .member = &StickAxis::{RISE_KEY},\n'
+           f'                                      .file = everywhere("{RISE_KEY}", {{0.0, 50.0}}),\n'
+           "                                      .unit = AxisNumber::FitUnit::kRate,\n"
+           "                                      .fit = {0.05, 6.0},\n"
+           "                                      .logarithmic = true}},\n"
+           "               .starts = {{0.5}, {0.9}},\n"
+           "               .of_response = true,\n"
+           "               .typical = {0.6, Typical::Of::kFastestResponse},\n"
+           '               .sentence = "The axis turns more slowly to one side than to the other."},\n')
+
+
+def fly_response_effect(copy):
+    """All steps."""
+    flown = Flown(copy, "[axis.roll]\nscale_rad_per_count = 9.23e-4\nnatural_frequency_rad_s = 9.26\ndamping_ratio = 0.703\n"
+                        f"{RISE_KEY} = {RISE_LIMIT}\n"
+                        "[axis.pitch]\nscale_rad_per_count = 9.22e-4\nnatural_frequency_rad_s = 8.05\ndamping_ratio = 0.612\n")
+    flown.identify("roll", "second_order,transport_delay")
+    flown.is_found("roll", RISE_NAME)
+    flown.is_written(RISE_KEY, RISE_LIMIT, 0.1)
+    flown.is_reported("roll", f"{RISE_NAME}: The axis turns more slowly")
+
+
 # ---- an effect of translation ----------------------------------------------------------------------------------------
 
 SIDE_NAME = "side_force"
@@ -263,6 +318,10 @@ RECIPES = [
            ["firmware/model/stick_axis.cpp", "firmware/core/maths.cpp", "firmware/companion/files/vehicle_keys.cpp",
             "host_tests/lab/identify/model/axis/axis_structure.cpp"],
            fly_axis_effect),
+    Recipe("a new effect of an axis' response", 2, add_response_effect, HERE / "response_effect_arrives.cpp",
+           ["firmware/model/stick_axis.cpp", "firmware/model/axis_step.cpp", "firmware/core/assert.cpp", "firmware/core/maths.cpp", "firmware/sysid/axis_dynamics.cpp",
+            "host_tests/lab/identify/model/axis/axis_structure.cpp", "host_tests/sim/world/axis_motion.cpp"],
+           fly_response_effect),
     Recipe("a new effect of translation", 1, add_translation_effect, HERE / "translation_effect_arrives.cpp",
            ["firmware/model/stick_axis.cpp", "firmware/core/assert.cpp", "firmware/core/maths.cpp",
             "firmware/companion/files/vehicle_keys.cpp", "host_tests/sim/world/axis_motion.cpp",

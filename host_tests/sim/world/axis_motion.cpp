@@ -15,6 +15,7 @@ constexpr double kStickPeriod_s = 0.01;  // only the slew of a command would dep
 AxisMotion::AxisMotion(const model::StickAxis& axis, double extra_delay_s)
     : axis_(axis),
       law_(axis, kStickPeriod_s),
+      response_(axis),
       extra_delay_s_(extra_delay_s),
       delay_s_(axis.transport_delay_s + extra_delay_s),
       stick_counts_(axis.trim_counts) {
@@ -40,6 +41,7 @@ void AxisMotion::set_parameters(const model::StickAxis& axis) {
   const bool same_order = axis.is_first_order() == axis_.is_first_order();
   axis_ = axis;
   law_ = model::StickLaw<double>(axis, kStickPeriod_s);
+  response_ = model::ResponseLaw<double>(axis);
   law_.rest_at(stick_counts_);
   delay_s_ = axis.transport_delay_s + extra_delay_s_;
   if (!same_order) {
@@ -78,18 +80,14 @@ void AxisMotion::advance(double step_s, double added, double authority) {
     const double middle = state_ + 0.5 * step_s * state_rate_;
     state_ += step_s * middle_rate;
     state_rate_ += step_s * acceleration(middle, middle_rate);
-    if (axis_.rate_limit_per_s > 0.0) {
-      state_rate_ = std::clamp(state_rate_, -axis_.rate_limit_per_s, axis_.rate_limit_per_s);
-    }
+    state_rate_ = response_.rate(state_rate_);
     output_ = state_ + axis_.lead_zero_s * state_rate_;
   } else {
     output_ = target;
   }
-  if (axis_.rate_limit_per_s > 0.0) {
-    output_ = std::clamp(output_, before - axis_.rate_limit_per_s * step_s, before + axis_.rate_limit_per_s * step_s);
-    if (axis_.time_constant_s > 0.0) {
-      state_ = output_;
-    }
+  if (response_.acts()) {
+    output_ = response_.value(before, output_, step_s);
+    state_ = axis_.time_constant_s > 0.0 ? output_ : state_;
   }
   output_rate_ = (output_ - before) / step_s;
   time_s_ += step_s;

@@ -45,6 +45,7 @@ class AxisMotion {
   static constexpr std::size_t kMaxInputs = 512;  ///< input changes kept, for delays far beyond any measured one
   model::StickAxis axis_;
   model::StickLaw<double> law_;
+  model::ResponseLaw<double> response_;
   double extra_delay_s_;
   double delay_s_;
   double stick_counts_ = 0.0;  ///< the last stick, from neutral

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <utility>
 
+#include "firmware/model/axis_effects.h"
 #include "host_tests/lab/identify/model/axis/axis_blocks.h"
 #include "host_tests/lab/identify/model/axis/power_table.h"
 
@@ -23,7 +24,11 @@ bool same_commands(StickAxis a, const StickAxis& b) {
   a.damping_ratio = b.damping_ratio;
   a.lead_zero_s = b.lead_zero_s;
   a.transport_delay_s = b.transport_delay_s;
-  a.rate_limit_per_s = b.rate_limit_per_s;
+  for (const model::AxisEffect& effect : model::kAxisEffects) {
+    for (const model::AxisNumber& number : effect.numbers) {
+      a.*number.member = effect.of_response ? b.*number.member : a.*number.member;
+    }
+  }
   return a == b;
 }
 
