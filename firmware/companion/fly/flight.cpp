@@ -251,9 +251,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     pose_port.tick();
     const bool backed_up = state.tick(now);
     (void)controller->tick(now);  // the log holds the outcome of the command
-    pose_port.publish(*controller, now);
-    live.publish(*controller, trajectory, now);
-    health.tick(now, controller->link().health(), controller->observed().consistency.vibration);
+    const app::TickRecord<double>& record = controller->record();
+    pose_port.publish(record);
+    live.publish(record);
+    health.tick(record);
     SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;
     if (!sequencer.tick(now, input)) {

@@ -63,9 +63,9 @@ class PosePort {
   /// Starts sending to the ground station, signed if there is a key. @returns null: the port is a serial line.
   TelemetryStream* start_telemetry_stream();
   /// After start_telemetry_stream(): call it after each tick.
-  void publish(const app::FlightController<double>& controller, core::TimePoint now) {
+  void publish(const app::TickRecord<double>& record) {
     if (telemetry_stream_) {
-      telemetry_stream_->publish(controller, now, signed_ ? signed_->min_time() : mavlink::SignatureTime{0});
+      telemetry_stream_->publish(record, signed_ ? signed_->min_time() : mavlink::SignatureTime{0});
     }
   }
   /// The baud rate, which gives the transmission time of a byte; 0: a network.

@@ -32,12 +32,10 @@ void TelemetryStream::finish() {
   }
 }
 
-void TelemetryStream::publish(const app::FlightController<double>& controller, core::TimePoint now,
-                              mavlink::SignatureTime min_time) {
+void TelemetryStream::publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time) {
   if (ticks_++ % kTicksPerState == 0) {
-    FlightState state = state_of(controller, now);
-    state.signature_time = min_time;
-    (void)states_.push(state);
+    min_time_ = min_time;
+    (void)records_.push(record);
   }
 }
 
@@ -49,9 +47,9 @@ void TelemetryStream::publish(std::string_view line) {
 }
 
 void TelemetryStream::send_all() {
-  FlightState state;
-  while (states_.pop(state)) {
-    send(state);
+  app::TickRecord<double> record;
+  while (records_.pop(record)) {
+    send(record);
   }
   Reply reply;
   while (replies_.pop(reply)) {
@@ -72,14 +70,14 @@ void TelemetryStream::send(const Message& message) {
   (void)port_.send(frame.bytes());  // a message that cannot be sent is lost, as on the air
 }
 
-void TelemetryStream::send(const FlightState& state) {
-  time_ = std::max(time_, state.signature_time);
-  send(attitude_of(state));
-  send(position_of(state));
+void TelemetryStream::send(const app::TickRecord<double>& record) {
+  time_ = std::max<mavlink::SignatureTime>(time_, min_time_);
+  send(attitude_of(record));
+  send(position_of(record));
   if (states_sent_++ % kStatesPerHeartbeat == 0) {
-    send(heartbeat_of(state));
-    send(estimator_of(state));
-    send(battery_of(state));
+    send(heartbeat_of(record));
+    send(estimator_of(record));
+    send(battery_of(record));
   }
 }
 

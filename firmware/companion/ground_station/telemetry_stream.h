@@ -13,6 +13,7 @@
 #include "firmware/core/spsc_ring.h"
 #include "hal/linux/udp_port.h"
 #include "protocol/mavlink/frame.h"
+#include "protocol/mavlink/signature.h"
 
 namespace m100::companion {
 
@@ -37,8 +38,8 @@ class TelemetryStream {
   void finish();
 
   // Called by the thread that flies. A message that finds no room is not sent.
-  /// Call it every tick; one state in kTicksPerState is sent.
-  void publish(const app::FlightController<double>& controller, core::TimePoint now, mavlink::SignatureTime min_time);
+  /// Call it every tick; one in kTicksPerState is sent. @param min_time least time stamp of its signatures
+  void publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time);
   void publish(std::string_view line);
   void publish(const Reply& reply) { (void)replies_.push(reply); }
 
@@ -48,14 +49,15 @@ class TelemetryStream {
     std::size_t size = 0;
   };
   void send_all();
-  void send(const FlightState& state);
+  void send(const app::TickRecord<double>& record);
   void send(const Line& line);
   template <typename Message>
   void send(const Message& message);
 
   const hal::UdpPort& port_;
   std::optional<mavlink::Key> key_;
-  core::SpscRing<FlightState, 16> states_;
+  std::atomic<mavlink::SignatureTime> min_time_{0};  ///< of the signatures of the next messages
+  core::SpscRing<app::TickRecord<double>, 16> records_;
   core::SpscRing<Line, 16> lines_;
   core::SpscRing<Reply, 64> replies_;
   std::uint32_t ticks_ = 0;

@@ -74,7 +74,7 @@ ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders,
   const std::uint32_t stalls = listen(options, mark_poses, [&](core::TimePoint now) {
     pose_port.tick();
     (void)controller->tick(now);
-    live.publish(*controller, *prepared.course, now);
+    live.publish(controller->record());
   });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,
