@@ -141,7 +141,7 @@ class FlightController {
 
   TickTimer timer_;
   OperatorOrders orders_;
-  FlightRecorder<T> recorder_;
+  FlightRecorder recorder_;
   link::SerialLink link_;
   PoseInput<T> poses_;
   SensorAdapter sensors_;

@@ -17,33 +17,15 @@ std::array<double, sizeof...(Values)> numbers_of(Values... values) {
 
 std::uint16_t counts(vrc::Stick stick) { return static_cast<std::uint16_t>(stick); }
 
-std::uint64_t microseconds(core::TimePoint time) { return static_cast<std::uint64_t>(time.time_since_epoch().count()); }
-
-template <typename T>
-log::ExcitationRecord record_of(const ctl::Excitation<T>& excitation, core::TimePoint now) {
-  return {.timestamp = microseconds(now),
-          .distance = static_cast<float>(excitation.distance()),
-          .speed = static_cast<float>(excitation.speed()),
-          .counts = static_cast<std::int16_t>(excitation.counts()),
-          .sample = static_cast<std::uint16_t>(excitation.sample()),
-          .piece = static_cast<std::uint8_t>(excitation.piece()),
-          .axis = static_cast<std::uint8_t>(excitation.axis()),
-          .state = static_cast<std::uint8_t>(excitation.state()),
-          .abort = static_cast<std::uint8_t>(excitation.abort())};
-}
-
 }  // namespace
 
 template <typename T>
-void FlightRecorder<T>::append(const TickRecord<T>& record, const ctl::Excitation<T>& excitation) {
-  if (excitation.state() != ctl::Excitation<T>::State::kIdle) {
-    log_->append(record_of(excitation, record.now));
-  }
+log::TickRecord logged(const TickRecord<T>& record, std::uint32_t dropped_messages) {
   const est::Estimate<T>& e = record.estimate;
   const auto& [x, y, z] = record.reference;
   const auto& a = record.measured.attitude;
   log::TickRecord out;
-  out.timestamp = microseconds(record.now);
+  out.timestamp = static_cast<std::uint64_t>(record.now.time_since_epoch().count());
   out.position = numbers_of(e.x.position_m, e.y.position_m, e.height_m);
   out.velocity = numbers_of(e.x.velocity_m_s, e.y.velocity_m_s, e.climb_m_s);
   out.attitude = numbers_of(e.y.tilt_rad, e.x.tilt_rad, e.yaw_rad);
@@ -70,7 +52,7 @@ void FlightRecorder<T>::append(const TickRecord<T>& record, const ctl::Excitatio
                 counts(record.sticks.yaw)};
   out.facts = static_cast<std::uint32_t>(record.conditions);
   out.refused_poses = e.refused_poses;
-  out.dropped_messages = log_->dropped();
+  out.dropped_messages = dropped_messages;
   out.state = static_cast<std::uint8_t>(record.supervised.failsafe_state);
   out.sent = record.sent == core::Status::kOk ? 1 : 0;
   out.pose_new = record.measured.pose.is_new ? 1 : 0;
@@ -80,10 +62,10 @@ void FlightRecorder<T>::append(const TickRecord<T>& record, const ctl::Excitatio
   out.mpc_path_y = static_cast<std::uint8_t>(record.law.path_y);
   out.mpc_changes = static_cast<std::uint8_t>(record.law.changes < 255U ? record.law.changes : 255U);
   out.orders = record.orders;
-  log_->append(out);
+  return out;
 }
 
-template class FlightRecorder<float>;
-template class FlightRecorder<double>;
+template log::TickRecord logged(const TickRecord<float>& record, std::uint32_t dropped_messages);
+template log::TickRecord logged(const TickRecord<double>& record, std::uint32_t dropped_messages);
 
 }  // namespace m100::app

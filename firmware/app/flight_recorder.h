@@ -2,11 +2,14 @@
 #pragma once
 
 #include "firmware/app/tick_record.h"
-#include "firmware/ctl/excitation.h"
 #include "firmware/link/byte_tap.h"
 #include "firmware/log/flight_log.h"
 
 namespace m100::app {
+
+/// The tick as the log holds it. @param dropped_messages of the log so far
+template <typename T>
+log::TickRecord logged(const TickRecord<T>& record, std::uint32_t dropped_messages);
 
 /// Writes the bytes that pass a link into the flight log.
 class LogTap final : public link::ByteTap {
@@ -27,8 +30,7 @@ class LogTap final : public link::ByteTap {
 };
 
 /// Writes the flight log: the bytes of both lines, one record a tick and, from the start of an excitation on, one
-/// excitation record a tick. T is float or double.
-template <typename T>
+/// excitation record a tick.
 class FlightRecorder {
  public:
   /// @param log may be null: then nothing is written.
@@ -41,16 +43,19 @@ class FlightRecorder {
   link::ByteTap* pose_tap() { return &pose_tap_; }
 
   bool writes() const { return log_ != nullptr; }
-  /// Once per tick, as its last step, if it writes.
-  void append(const TickRecord<T>& record, const ctl::Excitation<T>& excitation);
+  /// Once per tick, as its last step, if it writes. T is float or double.
+  template <typename T>
+  void append(const TickRecord<T>& record) {
+    if (record.excitation) {
+      log_->append(*record.excitation);
+    }
+    log_->append(logged(record, log_->dropped()));
+  }
 
  private:
   log::FlightLogWriter* log_;
   LogTap autopilot_tap_;
   LogTap pose_tap_;
 };
-
-extern template class FlightRecorder<float>;
-extern template class FlightRecorder<double>;
 
 }  // namespace m100::app

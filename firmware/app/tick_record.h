@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "firmware/app/source_frame.h"
 #include "firmware/core/status.h"
@@ -10,6 +11,7 @@
 #include "firmware/est/measurement.h"
 #include "firmware/link/pose/pose_link.h"
 #include "firmware/link/serial_link.h"
+#include "firmware/log/records.h"
 #include "firmware/safety/supervisor.h"
 #include "firmware/vrc/sticks.h"
 
@@ -35,6 +37,7 @@ struct TickRecord {
   safety::Observation seen;
   safety::FailsafeCondition conditions{};
   ctl::LawReport law;
+  std::optional<log::ExcitationRecord> excitation;  ///< from its start on
   T residual{0};  ///< of the worst channel of sysid::ResidualMonitor, over its expected value
   protocol::Telemetry telemetry;
   link::AuthorityView authority;
