@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/ground_station/telemetry_stream.h"
 
+#include <malloc.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <string>
 #include <variant>
 
 namespace m100::companion {
@@ -15,7 +20,17 @@ constexpr auto kLook = std::chrono::milliseconds(10);
 
 }  // namespace
 
-void TelemetryStream::start() {
+TelemetryStream::TelemetryStream(const LiveOptions& options, const hal::UdpPort* port,
+                                 const std::optional<mavlink::Key>& key)
+    : receiver_(receiver_of(options.to)), port_(port), key_(key) {
+  if (receiver_) {
+    descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  } else if (port_ == nullptr) {
+    return;
+  }
+  // Otherwise malloc would give this thread an arena of its own: 64 MB of addresses, all of which count as locked
+  // memory. The thread that flies allocates nothing from the shared arena, so neither thread waits for the other.
+  (void)mallopt(M_ARENA_MAX, 1);
   thread_ = std::thread([this] {
     while (running_) {
       send_all();
@@ -25,15 +40,18 @@ void TelemetryStream::start() {
   });
 }
 
-void TelemetryStream::finish() {
+TelemetryStream::~TelemetryStream() {
   running_ = false;
   if (thread_.joinable()) {
     thread_.join();
   }
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+  }
 }
 
 void TelemetryStream::publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time) {
-  if (ticks_++ % kTicksPerState == 0) {
+  if (thread_.joinable() && ticks_++ % kTicksPerState == 0) {
     min_time_ = min_time;
     (void)records_.push(record);
   }
@@ -63,18 +81,30 @@ void TelemetryStream::send_all() {
 
 template <typename Message>
 void TelemetryStream::send(const Message& message) {
+  if (port_ == nullptr) {
+    return;
+  }
   mavlink::Frame frame = mavlink::encode(message, kAircraft, frames_++);
   if (key_) {
     mavlink::sign(frame, *key_, kLinkOfTheSpeaker, ++time_);
   }
-  (void)port_.send(frame.bytes());  // a message that cannot be sent is lost, as on the air
+  (void)port_->send(frame.bytes());  // a message that cannot be sent is lost, as on the air
 }
 
 void TelemetryStream::send(const app::TickRecord<double>& record) {
+  if (descriptor_ >= 0) {
+    const std::string text = json_of(record);
+    (void)!::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&*receiver_),
+                    sizeof(*receiver_));  // a packet that cannot be sent is lost, as on any network
+  }
+  const std::uint32_t state = states_++;
+  if (state % kStatesPerMessage != 0) {
+    return;
+  }
   time_ = std::max<mavlink::SignatureTime>(time_, min_time_);
   send(attitude_of(record));
   send(position_of(record));
-  if (states_sent_++ % kStatesPerHeartbeat == 0) {
+  if (state % kStatesPerHeartbeat == 0) {
     send(heartbeat_of(record));
     send(estimator_of(record));
     send(battery_of(record));

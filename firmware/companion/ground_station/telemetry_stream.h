@@ -10,6 +10,7 @@
 
 #include "firmware/companion/ground_station/requests.h"
 #include "firmware/companion/ground_station/state_messages.h"
+#include "firmware/companion/operator/live_display.h"
 #include "firmware/core/spsc_ring.h"
 #include "hal/linux/udp_port.h"
 #include "protocol/mavlink/frame.h"
@@ -17,28 +18,28 @@
 
 namespace m100::companion {
 
-/// Sends the state of the flight to the ground station: over UDP, signed if there is a key, from a thread of its own.
-/// The thread that flies hands over copies and neither waits nor allocates. ATTITUDE_QUATERNION and LOCAL_POSITION_NED
-/// are sent ten times a second; HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS once a second; lines for the operator
-/// (STATUSTEXT) and answers as they come. The receiver is the sender of the last accepted packet.
+/// Sends the flight over UDP from a thread of its own: as JSON to the receiver of --live, fifty times a second,
+/// unsigned and one-way, and as MAVLink to the ground station, signed if there is a key. The thread that flies hands
+/// over copies and neither waits nor allocates. ATTITUDE_QUATERNION and LOCAL_POSITION_NED are sent ten times a second;
+/// HEARTBEAT, ESTIMATOR_STATUS and BATTERY_STATUS once a second; lines for the operator (STATUSTEXT) and answers as
+/// they come. The ground station is the sender of the last accepted packet.
 class TelemetryStream {
  public:
-  static constexpr std::uint32_t kTicksPerState = 10;
-  static constexpr std::uint32_t kStatesPerHeartbeat = 10;
+  static constexpr std::uint32_t kTicksPerState = 2;
+  static constexpr std::uint32_t kStatesPerMessage = 5;
+  static constexpr std::uint32_t kStatesPerHeartbeat = 50;
   static constexpr std::size_t kMaxLineChars = 250;  ///< characters; the rest of a line is cut off
 
-  /// @param port must outlive it. @param key nullopt: the messages are not signed.
-  TelemetryStream(const hal::UdpPort& port, const std::optional<mavlink::Key>& key) : port_(port), key_(key) {}
-  ~TelemetryStream() { finish(); }
+  /// @param port of the ground station, must outlive it; null: there is none. @param key nullopt: the messages are not
+  /// signed. Errors: UsageError.
+  TelemetryStream(const LiveOptions& options, const hal::UdpPort* port, const std::optional<mavlink::Key>& key);
+  /// Sends the rest of the queues.
+  ~TelemetryStream();
   TelemetryStream(const TelemetryStream&) = delete;
   TelemetryStream& operator=(const TelemetryStream&) = delete;
 
-  void start();
-  /// Sends the rest of the queues, and ends the thread.
-  void finish();
-
   // Called by the thread that flies. A message that finds no room is not sent.
-  /// Call it every tick; one in kTicksPerState is sent. @param min_time least time stamp of its signatures
+  /// Call it every tick. @param min_time least time stamp of the signatures
   void publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time);
   void publish(std::string_view line);
   void publish(const Reply& reply) { (void)replies_.push(reply); }
@@ -54,17 +55,19 @@ class TelemetryStream {
   template <typename Message>
   void send(const Message& message);
 
-  const hal::UdpPort& port_;
+  std::optional<sockaddr_in> receiver_;
+  int descriptor_ = -1;  ///< to the receiver
+  const hal::UdpPort* port_;
   std::optional<mavlink::Key> key_;
   std::atomic<mavlink::SignatureTime> min_time_{0};  ///< of the signatures of the next messages
-  core::SpscRing<app::TickRecord<double>, 16> records_;
+  core::SpscRing<app::TickRecord<double>, 64> records_;
   core::SpscRing<Line, 16> lines_;
   core::SpscRing<Reply, 64> replies_;
   std::uint32_t ticks_ = 0;
   std::atomic<bool> running_{true};
   std::thread thread_;
   // Used by the sending thread.
-  std::uint32_t states_sent_ = 0;
+  std::uint32_t states_ = 0;
   std::uint16_t sentences_ = 0;
   std::uint8_t frames_ = 0;
   mavlink::SignatureTime time_ = 0;

@@ -2,33 +2,19 @@
 #include "firmware/companion/operator/live_display.h"
 
 #include <arpa/inet.h>
-#include <malloc.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
 #include <unistd.h>
-#include <chrono>
+
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/text/json.h"
-#include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/subcommands.h"
 
 namespace m100::companion {
 namespace {
-
-constexpr auto kLook = std::chrono::milliseconds(10);
-constexpr std::string_view kBegin = "\r\x1b[K";  ///< cursor to the left end, line erased
-constexpr std::size_t kNoEnd = 1000;             ///< columns if the output is not a terminal
-std::atomic<bool> line_stands{false};
-
-/// Columns that a line may have: one less than the terminal, because a longer line could not be erased.
-std::size_t columns() {
-  winsize size{};
-  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1U : kNoEnd;
-}
 
 double milliseconds(core::Duration time) { return 1000.0 * core::seconds<double>(time); }
 
@@ -42,6 +28,10 @@ void add_live_options(const Subcommand& app, LiveOptions& options) {
                  "show a line on the terminal with failsafe state, position, error, pose and link; auto: if the "
                  "standard output is a terminal. Example: --status never")
       .one_of({"auto", "always", "never"});
+}
+
+bool shows_status(const LiveOptions& options) {
+  return options.status == "always" || (options.status == "auto" && isatty(STDOUT_FILENO) == 1);
 }
 
 std::optional<sockaddr_in> receiver_of(const std::string& text) {
@@ -129,76 +119,6 @@ std::string status_of(const app::TickRecord<double>& record, double lost_share) 
                 milliseconds(record.seen.pose_latency.min_latency), milliseconds(record.seen.pose_latency.jitter),
                 100.0 * lost_share, link.data(), vibration.data());
   return line.data();
-}
-
-std::string_view line_begin() { return line_stands ? kBegin : ""; }
-
-LiveDisplay::LiveDisplay(const LiveOptions& options)
-    : receiver_(receiver_of(options.to)),
-      has_line_(options.status == "always" || (options.status == "auto" && isatty(STDOUT_FILENO) == 1)) {
-  if (receiver_) {
-    descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  }
-}
-
-void LiveDisplay::start() {
-  if (!receiver_ && !has_line_) {
-    return;
-  }
-  // Otherwise malloc would give this thread an arena of its own: 64 MB of addresses, all of which count as locked
-  // memory. The thread that flies allocates nothing from the shared arena, so neither thread waits for the other.
-  (void)mallopt(M_ARENA_MAX, 1);
-  line_stands = has_line_;
-  thread_ = std::thread([this] {
-    while (running_) {
-      show_all();
-      std::this_thread::sleep_for(kLook);
-    }
-    show_all();
-    if (has_line_) {
-      write_nonblocking(STDOUT_FILENO, kBegin);
-    }
-  });
-}
-
-void LiveDisplay::finish() {
-  running_ = false;
-  if (thread_.joinable()) {
-    thread_.join();
-    line_stands = false;
-  }
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-    descriptor_ = -1;
-  }
-}
-
-void LiveDisplay::show_all() {
-  app::TickRecord<double> record;
-  while (records_.pop(record)) {
-    show(record);
-  }
-}
-
-void LiveDisplay::show(const app::TickRecord<double>& record) {
-  if (descriptor_ >= 0) {
-    const std::string text = json_of(record);
-    (void)!::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&*receiver_),
-                    sizeof(*receiver_));  // a packet that cannot be sent is lost, as on any network
-  }
-  if (has_line_ && shown_ % kStatesPerLine == 0) {
-    show_line(record);
-  }
-  ++shown_;
-}
-
-void LiveDisplay::show_line(const app::TickRecord<double>& record) {
-  link::PoseLinkStats& former = former_[lines_++ % former_.size()];
-  const auto lost = static_cast<double>(std::uint64_t{record.poses.lost_frames} - former.lost_frames);
-  const auto came = static_cast<double>(record.poses.poses - former.poses);
-  former = record.poses;
-  const std::string line = status_of(record, lost / std::max(1.0, lost + came));
-  write_nonblocking(STDOUT_FILENO, std::string(kBegin) + line.substr(0, columns()));
 }
 
 }  // namespace m100::companion

@@ -2,6 +2,7 @@
 // Live display of a flight: one JSON object per state, one status line, and no receiver unless one is given.
 #include "firmware/companion/operator/live_display.h"
 #include "firmware/companion/files/text/json.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
 
 #include <gtest/gtest.h>
 
@@ -88,11 +89,10 @@ TEST(LiveDisplay, AReceiverIsAnAddressAndAPort) {
 
 // Catches a thread with a malloc arena of its own, which takes 64 MB of address space: memory is locked, and the limit
 // that doctor asks for does not leave room for it.
-TEST(LiveDisplay, TheThreadThatShowsHasNoMemoryOfItsOwn) {
-  LiveDisplay live({.to = "127.0.0.1:9", .status = "never"});
-  live.start();
-  live.publish(flying());
-  live.finish();
+TEST(LiveDisplay, TheThreadThatSendsHasNoMemoryOfItsOwn) {
+  std::optional<TelemetryStream> stream(std::in_place, LiveOptions{.to = "127.0.0.1:9"}, nullptr, std::nullopt);
+  stream->publish(flying(), 0);
+  stream.reset();
   char* text = nullptr;
   std::size_t size = 0;
   std::FILE* const report = open_memstream(&text, &size);
@@ -102,13 +102,6 @@ TEST(LiveDisplay, TheThreadThatShowsHasNoMemoryOfItsOwn) {
   std::free(text);
   EXPECT_NE(pools.find("<heap nr=\"0\">"), std::string::npos) << pools;
   EXPECT_EQ(pools.find("<heap nr=\"1\">"), std::string::npos) << pools;
-}
-
-TEST(LiveDisplay, WithoutAStatusLineLinesBeginAtTheirBeginning) {
-  EXPECT_EQ(line_begin(), "");
-  LiveDisplay nobody({.to = "", .status = "never"});
-  nobody.start();
-  EXPECT_EQ(line_begin(), "");
 }
 
 }  // namespace
