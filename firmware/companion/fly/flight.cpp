@@ -163,9 +163,9 @@ void conclude(const FlyOptions& options, Json result, const Controller& controll
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
-  if (sequencer.limit_cycle()) {
+  if (sequencer.reporter().limit_cycle()) {
     TextLine line;
-    describe_limit_cycle(line, *sequencer.limit_cycle());
+    describe_limit_cycle(line, *sequencer.reporter().limit_cycle());
     words << line.text() << "\n";
   }
   if (!options.log.empty()) {
@@ -256,7 +256,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   Json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats());
   conclude(options, std::move(result), *controller, pose_port, sequencer, writer, log_file);
-  return sequencer.given_back() && is_excited(files, *controller) && !sequencer.limit_cycle();
+  return sequencer.given_back() && is_excited(files, *controller) && !sequencer.reporter().limit_cycle();
 }
 
 }  // namespace m100::companion
