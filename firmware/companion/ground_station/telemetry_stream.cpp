@@ -31,8 +31,8 @@ TelemetryStream::TelemetryStream(const LiveOptions& options, const hal::UdpPort*
   // Otherwise malloc would give this thread an arena of its own: 64 MB of addresses, all of which count as locked
   // memory. The thread that flies allocates nothing from the shared arena, so neither thread waits for the other.
   (void)mallopt(M_ARENA_MAX, 1);
-  thread_ = std::thread([this] {
-    while (running_) {
+  thread_ = std::jthread([this](const std::stop_token& ends) {
+    while (!ends.stop_requested()) {
       send_all();
       std::this_thread::sleep_for(kLook);
     }
@@ -41,10 +41,7 @@ TelemetryStream::TelemetryStream(const LiveOptions& options, const hal::UdpPort*
 }
 
 TelemetryStream::~TelemetryStream() {
-  running_ = false;
-  if (thread_.joinable()) {
-    thread_.join();
-  }
+  thread_ = {};  // asked to end, and waited for
   if (descriptor_ >= 0) {
     ::close(descriptor_);
   }
@@ -57,13 +54,6 @@ void TelemetryStream::publish(const app::TickRecord<double>& record, mavlink::Si
   }
 }
 
-void TelemetryStream::publish(std::string_view line) {
-  Line copy;
-  copy.size = std::min(line.size(), copy.text.size());
-  std::copy_n(line.begin(), copy.size, copy.text.begin());
-  (void)lines_.push(copy);
-}
-
 void TelemetryStream::send_all() {
   app::TickRecord<double> record;
   while (records_.pop(record)) {
@@ -73,9 +63,9 @@ void TelemetryStream::send_all() {
   while (replies_.pop(reply)) {
     std::visit([this](const auto& message) { send(message); }, reply);
   }
-  Line line;
+  TextLine line;
   while (lines_.pop(line)) {
-    send(line);
+    send(line.text());
   }
 }
 
@@ -111,11 +101,10 @@ void TelemetryStream::send(const app::TickRecord<double>& record) {
   }
 }
 
-void TelemetryStream::send(const Line& line) {
-  const std::string_view text(line.text.data(), line.size);
+void TelemetryStream::send(std::string_view line) {
   sentences_ = static_cast<std::uint16_t>(sentences_ == 0xFFFFU ? 1 : sentences_ + 1);
   mavlink::StatusText message;
-  for (std::uint8_t piece = 0; status_text(text, severity_of(text), sentences_, piece, message); ++piece) {
+  for (std::uint8_t piece = 0; status_text(line, severity_of(line), sentences_, piece, message); ++piece) {
     send(message);
   }
 }

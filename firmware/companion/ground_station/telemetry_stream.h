@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <optional>
@@ -11,6 +10,7 @@
 #include "firmware/companion/ground_station/requests.h"
 #include "firmware/companion/ground_station/state_messages.h"
 #include "firmware/companion/operator/live_display.h"
+#include "firmware/companion/operator/text_line.h"
 #include "firmware/core/spsc_ring.h"
 #include "hal/linux/udp_port.h"
 #include "protocol/mavlink/frame.h"
@@ -41,17 +41,13 @@ class TelemetryStream {
   // Called by the thread that flies. A message that finds no room is not sent.
   /// Call it every tick. @param min_time least time stamp of the signatures
   void publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time);
-  void publish(std::string_view line);
+  void publish(std::string_view line) { (void)lines_.push(TextLine{}.add(line.substr(0, kMaxLineChars))); }
   void publish(const Reply& reply) { (void)replies_.push(reply); }
 
  private:
-  struct Line {
-    std::array<char, kMaxLineChars> text{};
-    std::size_t size = 0;
-  };
   void send_all();
   void send(const app::TickRecord<double>& record);
-  void send(const Line& line);
+  void send(std::string_view line);
   template <typename Message>
   void send(const Message& message);
 
@@ -61,16 +57,15 @@ class TelemetryStream {
   std::optional<mavlink::Key> key_;
   std::atomic<mavlink::SignatureTime> min_time_{0};  ///< of the signatures of the next messages
   core::SpscRing<app::TickRecord<double>, 64> records_;
-  core::SpscRing<Line, 16> lines_;
+  core::SpscRing<TextLine, 16> lines_;
   core::SpscRing<Reply, 64> replies_;
   std::uint32_t ticks_ = 0;
-  std::atomic<bool> running_{true};
-  std::thread thread_;
   // Used by the sending thread.
   std::uint32_t states_ = 0;
   std::uint16_t sentences_ = 0;
   std::uint8_t frames_ = 0;
   mavlink::SignatureTime time_ = 0;
+  std::jthread thread_;
 };
 
 }  // namespace m100::companion
