@@ -32,6 +32,36 @@ std::array<double, 3> whole_lever(std::array<double, 3> found_b_m, const link::L
   return found_b_m;
 }
 
+/// @returns nullopt: it has not begun.
+template <typename T>
+std::optional<log::ExcitationRecord> record_of(const ctl::Excitation<T>& excitation, core::TimePoint now) {
+  if (excitation.state() == ctl::Excitation<T>::State::kIdle) {
+    return {};
+  }
+  return log::ExcitationRecord{.timestamp = static_cast<std::uint64_t>(now.time_since_epoch().count()),
+                               .distance = static_cast<float>(excitation.distance()),
+                               .speed = static_cast<float>(excitation.speed()),
+                               .counts = static_cast<std::int16_t>(excitation.counts()),
+                               .sample = static_cast<std::uint16_t>(excitation.sample()),
+                               .piece = static_cast<std::uint8_t>(excitation.piece()),
+                               .axis = static_cast<std::uint8_t>(excitation.axis()),
+                               .state = static_cast<std::uint8_t>(excitation.state()),
+                               .abort = static_cast<std::uint8_t>(excitation.abort())};
+}
+
+/// Newer measurements replace the kept ones.
+template <typename T>
+void keep_newest(const est::Measurement<T>& measured, est::Measurement<T>& kept) {
+  if (measured.pose.is_new) {
+    kept.pose = measured.pose;
+  }
+  if (measured.attitude.is_new) {
+    kept.attitude = measured.attitude;
+  }
+  kept.pose.is_new = measured.pose.is_new;
+  kept.attitude.is_new = measured.attitude.is_new;
+}
+
 }  // namespace
 
 template <typename T, typename S>
@@ -101,15 +131,42 @@ core::Status FlightController<T, S>::act(const Wanted& wanted, const est::Measur
                                          core::TimePoint now) {
   const core::Duration elapsed = timer_.elapsed();
   monitors_.update(estimate_, reference_, flies(), excitation_.moves(), elapsed, law_);
-  supervised_ = supervise(wanted, now);                                                          // it may only restrict
-  const core::Status sent = sender_.send(supervised_, wanted.command, excitation_, link_, now);  // -> sticks -> bytes
+  record_.supervised = supervise(wanted, now);                                               // it may only restrict
+  record_.sent = sender_.send(record_.supervised, wanted.command, excitation_, link_, now);  // -> sticks -> bytes
   monitors_.update_model(measured, estimate_, sender_.sticks(), sender_.uses_sticks() && link_.authority().in_control,
                          holds(), elapsed);
   apply_learned_trims();
-  recorder_.append({now, elapsed, orders_.acting(), measured, estimate_, reference_, wanted.command, supervised_,
-                    sender_.sticks(), sent},
-                   link_, supervisor_, law_, monitors_.residual(), excitation_);
-  return sent;
+  record_.wanted = wanted.command;
+  keep_newest(measured, record_.measured);
+  if (recorder_.writes()) {
+    recorder_.append(record());
+  }
+  return record_.sent;
+}
+
+template <typename T, typename S>
+const TickRecord<T>& FlightController<T, S>::record() {
+  ref::Window<T> course;
+  trajectory_.fill(course, timer_.last(), core::Duration{0}, 1);
+  record_.now = timer_.last();
+  record_.elapsed = timer_.elapsed();
+  record_.orders = orders_.acting();
+  record_.estimate = estimate_;
+  record_.course_w_m = {course.x[0].position_m, course.y[0].position_m, course.height.position_m};
+  record_.reference = {reference_.x[0], reference_.y[0], reference_.height};
+  record_.reference_yaw_rad = reference_.yaw_rad;
+  record_.sticks = sender_.sticks();
+  record_.seen = supervisor_.observed();
+  record_.conditions = supervisor_.conditions();
+  record_.law = law_.report();
+  record_.excitation = record_of(excitation_, record_.now);
+  record_.residual = monitors_.residual().report(monitors_.residual().worst()).ratio;
+  record_.telemetry = link_.telemetry();
+  record_.authority = link_.authority();
+  record_.health = link_.health();
+  record_.poses = poses_.link().stats();
+  record_.source_frame = poses_.source_frame();
+  return record_;
 }
 
 /// An aircraft that brakes with a false heading accelerates, so no refused heading is adopted until the pilot flies.

@@ -9,6 +9,7 @@
 #include "firmware/app/operator_orders.h"
 #include "firmware/app/pose_input.h"
 #include "firmware/app/sensor_adapter.h"
+#include "firmware/app/tick_record.h"
 #include "firmware/app/tick_timer.h"
 #include "firmware/ctl/design_scale.h"
 #include "firmware/ctl/excitation.h"
@@ -59,6 +60,8 @@ class FlightController {
   /// Requests a task of the autopilot. The link repeats it twice if no answer comes. @returns as SerialLink::request.
   core::Status begin_task(protocol::Task task) { return orders_.begin_task(task, link_, timer_.last()); }
 
+  /// All of the last tick in one copy, valid until the next one.
+  const TickRecord<T>& record();
   const link::SerialLink& link() const { return link_; }
   const link::PoseLink& pose_link() const { return poses_.link(); }
   const safety::Supervisor<T>& supervisor() const { return supervisor_; }
@@ -66,7 +69,7 @@ class FlightController {
   /// Whether poses and specific force have been compared for long enough to detect a false motion, or cannot be.
   bool is_converged() const { return fault_isolation_.is_converged(); }
   const ref::Window<T>& reference() const { return reference_; }
-  const safety::SupervisedCommand<T>& grant() const { return supervised_; }
+  const safety::SupervisedCommand<T>& grant() const { return record_.supervised; }
   /// The supervisor's inputs of the last tick.
   const safety::Observation& observed() const { return supervisor_.observed(); }
   const SensorAdapterStats& sensor_stats() const { return sensors_.stats(); }
@@ -138,7 +141,7 @@ class FlightController {
 
   TickTimer timer_;
   OperatorOrders orders_;
-  FlightRecorder<T> recorder_;
+  FlightRecorder recorder_;
   link::SerialLink link_;
   PoseInput<T> poses_;
   SensorAdapter sensors_;
@@ -156,7 +159,7 @@ class FlightController {
 
   const est::Estimate<T>& estimate_ = observer_.estimate();
   ref::Window<T> reference_;  ///< beyond its first point only valid in a tick that solves
-  safety::SupervisedCommand<T> supervised_;
+  TickRecord<T> record_;      ///< complete after record()
 };
 
 }  // namespace m100::app

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "firmware/ctl/excitation.h"
-#include "firmware/ctl/law/flight_law.h"
-#include "firmware/est/estimate.h"
-#include "firmware/est/measurement.h"
+#include "firmware/app/tick_record.h"
 #include "firmware/link/byte_tap.h"
-#include "firmware/link/serial_link.h"
 #include "firmware/log/flight_log.h"
-#include "firmware/ref/window.h"
-#include "firmware/safety/supervisor.h"
-#include "firmware/sysid/residual_monitor.h"
-#include "firmware/vrc/sticks.h"
 
 namespace m100::app {
+
+/// The tick as the log holds it. @param dropped_messages of the log so far
+template <typename T>
+log::TickRecord logged(const TickRecord<T>& record, std::uint32_t dropped_messages);
 
 /// Writes the bytes that pass a link into the flight log.
 class LogTap final : public link::ByteTap {
@@ -33,24 +29,8 @@ class LogTap final : public link::ByteTap {
   log::Stream out_;
 };
 
-/// What a tick hands to the log.
-template <typename T>
-struct FlownTick {
-  core::TimePoint now;
-  core::Duration elapsed;
-  std::uint32_t orders;
-  const est::Measurement<T>& measured;
-  const est::Estimate<T>& estimate;
-  const ref::Window<T>& reference;
-  const ctl::Command<T>& commanded;
-  const safety::SupervisedCommand<T>& supervised;
-  const vrc::Sticks& sticks;
-  core::Status sent;
-};
-
 /// Writes the flight log: the bytes of both lines, one record a tick and, from the start of an excitation on, one
-/// excitation record a tick. T is float or double.
-template <typename T>
+/// excitation record a tick.
 class FlightRecorder {
  public:
   /// @param log may be null: then nothing is written.
@@ -62,22 +42,20 @@ class FlightRecorder {
   link::ByteTap* autopilot_tap() { return &autopilot_tap_; }
   link::ByteTap* pose_tap() { return &pose_tap_; }
 
-  /// Once per tick, as its last step.
-  void append(const FlownTick<T>& flown, const link::SerialLink& link, const safety::Supervisor<T>& supervisor,
-              const ctl::FlightLaw<T>& law, const sysid::ResidualMonitor<T>& residual,
-              const ctl::Excitation<T>& excitation);
+  bool writes() const { return log_ != nullptr; }
+  /// Once per tick, as its last step, if it writes. T is float or double.
+  template <typename T>
+  void append(const TickRecord<T>& record) {
+    if (record.excitation) {
+      log_->append(*record.excitation);
+    }
+    log_->append(logged(record, log_->dropped()));
+  }
 
  private:
-  void update_newest(const est::Measurement<T>& measured);
-  log::TickRecord record(const FlownTick<T>& flown) const;
-
   log::FlightLogWriter* log_;
   LogTap autopilot_tap_;
   LogTap pose_tap_;
-  est::Measurement<T> newest_;  ///< newest pose and attitude, which the record repeats; is_new as of this tick
 };
-
-extern template class FlightRecorder<float>;
-extern template class FlightRecorder<double>;
 
 }  // namespace m100::app

@@ -50,6 +50,15 @@ class Ring {
     tail_.store(tail + count, std::memory_order_release);
   }
 
+  /// Reader only. Hands on all bytes in pieces, and gives their room back.
+  template <typename Take>
+  void drain(Take&& take) {
+    for (std::span<const std::byte> piece = front(); !piece.empty(); piece = front()) {
+      take(piece);
+      pop(piece.size());
+    }
+  }
+
   /// Messages dropped since the start; wraps.
   std::uint32_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 

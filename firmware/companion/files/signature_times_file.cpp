@@ -147,12 +147,12 @@ bool SignatureTimesFile::write(const mavlink::ReplayMemory& memory, mavlink::Sig
 }
 
 void SignatureTimesFile::start() {
-  writer_ = std::thread([this] {
+  writer_ = std::jthread([this](const std::stop_token& ends) {
     constexpr auto kLook = std::chrono::milliseconds(20);  // longest delay at the end of the program
     constexpr int kLooksPerWrite = 50;
     mavlink::ReplayMemory memory;
     bool has_news = false;
-    for (int look = 0; running_; look = (look + 1) % kLooksPerWrite) {
+    for (int look = 0; !ends.stop_requested(); look = (look + 1) % kLooksPerWrite) {
       while (ring_.pop(memory)) {
         has_news = true;
       }
@@ -164,15 +164,8 @@ void SignatureTimesFile::start() {
   });
 }
 
-void SignatureTimesFile::finish() {
-  running_ = false;
-  if (writer_.joinable()) {
-    writer_.join();
-  }
-}
-
 void SignatureTimesFile::finish(const mavlink::ReplayMemory& memory) {
-  finish();
+  writer_ = {};  // asked to end, and waited for
   if (!write(memory, 0)) {
     std::cerr << "m100: " << printable(path_) << ": " << why_not_written(errno)
               << "; signatures of this flight could be played back to the next one\n";

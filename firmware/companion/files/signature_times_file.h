@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <atomic>
 #include <string>
 #include <thread>
 
@@ -27,7 +26,6 @@ class SignatureTimesFile {
   static std::string path_for(const std::string& key_file) { return key_file + ".accepted"; }
   /// Reads the file; a missing file counts as empty. Errors: FileError; UsageError if it cannot be written.
   explicit SignatureTimesFile(const std::string& key_file);
-  ~SignatureTimesFile() { finish(); }
   SignatureTimesFile(const SignatureTimesFile&) = delete;
   SignatureTimesFile& operator=(const SignatureTimesFile&) = delete;
 
@@ -40,15 +38,13 @@ class SignatureTimesFile {
   void finish(const mavlink::ReplayMemory& memory);
 
  private:
-  void finish();
   /// Replaces the file atomically. @returns false: it could not be written.
   bool write(const mavlink::ReplayMemory& memory, mavlink::SignatureTime ahead);
 
   std::string path_;
   mavlink::ReplayMemory accepted_before_;
   core::SpscRing<mavlink::ReplayMemory, 4> ring_;
-  std::atomic<bool> running_{true};
-  std::thread writer_;
+  std::jthread writer_;
 };
 
 }  // namespace m100::companion

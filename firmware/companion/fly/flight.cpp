@@ -113,16 +113,6 @@ void ask_for_real_time() {
   }
 }
 
-/// Prepares the thread that flies for its first tick.
-/// @returns the stream to the ground station; null: there is none.
-TelemetryStream* prepare_the_thread(PosePort& pose_port, LiveDisplay& live) {
-  TelemetryStream* const telemetry_stream =
-      pose_port.start_telemetry_stream();  // before the steps whose effects the threads must not inherit
-  live.start();
-  ask_for_real_time();
-  return telemetry_stream;
-}
-
 /// In simulated time the flight waits for its log after every so many ticks, whose records the log's ring can hold.
 constexpr std::uint32_t kTicksPerWait = 400;
 /// Watchdog time-out of the service manager: longer than the backup process's 0.7 s, which handles a hang more gently.
@@ -168,15 +158,14 @@ SequencerInput received(const PosePort& port, GroundStationCommands& ground_stat
 
 /// Prints the closing lines, writes the result, and closes the log, which may wait for the medium.
 void conclude(const FlyOptions& options, Json result, const Controller& controller, const PosePort& pose,
-              const FlightSequencer& sequencer, LiveDisplay& live, LineWriter& writer, std::optional<LogFile>& log) {
+              const FlightSequencer& sequencer, LineWriter& writer, std::optional<LogFile>& log) {
   writer.finish();
-  live.finish();  // its status line must not mix with the closing lines
   std::ostringstream words;
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
-  if (sequencer.limit_cycle()) {
+  if (sequencer.reporter().limit_cycle()) {
     TextLine line;
-    describe_limit_cycle(line, *sequencer.limit_cycle());
+    describe_limit_cycle(line, *sequencer.reporter().limit_cycle());
     words << line.text() << "\n";
   }
   if (!options.log.empty()) {
@@ -225,18 +214,18 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   TickClock clock(options.port, mark_arrived(port, pose_port));
   std::optional<LogFile> log_file;
   log::FlightLogWriter* const log = begin_log(log_file, options, model, files, prepared, clock.now());
-  LiveDisplay live(options.live);
   GroundStationTap pose_line(pose_port.line(), unsigned_sender(options.pose));
   const auto controller =
       std::make_unique<Controller>(model.vehicle(), model.tables(), config, port, pose_line, trajectory, log);
   const link::ReleaseSequence last_words(neutral, cipher);
-  LineWriter writer;
+  LineWriter writer(shows_status(options.live));
   const core::AssertionHandler former = release_on_assertion(last_words, port, controller->link().authority());
-  TelemetryStream* const telemetry_stream = prepare_the_thread(pose_port, live);
-  OperatorChannels channels(log, telemetry_stream);
+  TelemetryStream stream(options.live, pose_port.network(), pose_port.key());
+  ask_for_real_time();  // the threads must not inherit it
+  OperatorChannels channels(log, stream);
   report_settings(options, files, channels, clock.now());
-  GroundStationCommands ground_station(goal_settings(options, files), config.fence, trajectory, pose_line,
-                                       telemetry_stream, channels);
+  GroundStationCommands ground_station(goal_settings(options, files), config.fence, trajectory, pose_line, &stream,
+                                       channels);
   FlightSequencer sequencer(request_of(options, files, prepared), config, *controller, trajectory, channels);
   discard_operator_input();
   hal::ServiceWatchdog service;
@@ -251,9 +240,10 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     pose_port.tick();
     const bool backed_up = state.tick(now);
     (void)controller->tick(now);  // the log holds the outcome of the command
-    pose_port.publish(*controller, now);
-    live.publish(*controller, trajectory, now);
-    health.tick(now, controller->link().health(), controller->observed().consistency.vibration);
+    const app::TickRecord<double>& record = controller->record();
+    stream.publish(record, pose_port.min_time());
+    writer.show(record);
+    health.tick(record);
     SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;
     if (!sequencer.tick(now, input)) {
@@ -265,8 +255,8 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   Json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
   result["ground_station"] = ground_station_result(pose_line.stats());
-  conclude(options, std::move(result), *controller, pose_port, sequencer, live, writer, log_file);
-  return sequencer.given_back() && is_excited(files, *controller) && !sequencer.limit_cycle();
+  conclude(options, std::move(result), *controller, pose_port, sequencer, writer, log_file);
+  return sequencer.given_back() && is_excited(files, *controller) && !sequencer.reporter().limit_cycle();
 }
 
 }  // namespace m100::companion

@@ -8,9 +8,9 @@
 namespace m100::companion {
 namespace {
 
-Json steps_json(const FlightSequencer& sequencer, const safety::Limits& limits) {
+Json steps_json(std::span<const safety::FailsafeStep> steps, const safety::Limits& limits) {
   Json out = Json::array();
-  for (const safety::FailsafeStep& step : sequencer.steps()) {
+  for (const safety::FailsafeStep& step : steps) {
     TextLine seen;
     describe(seen, step.reason, step.seen, limits);
     out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
@@ -49,6 +49,7 @@ Json flight_result(const FlyOptions& options, const FlightFiles& orders, const F
                    const safety::Limits& limits) {
   const link::AuthorityView& authority = controller.link().authority();
   const est::Estimate<double>& estimate = controller.estimate();
+  const FlightReporter& told = sequencer.reporter();
   Json out{{"channel", options.channel},
            {"baud", options.baud},
            {"mode", name(orders.flight->mode)},
@@ -58,17 +59,17 @@ Json flight_result(const FlyOptions& options, const FlightFiles& orders, const F
            {"landed", sequencer.landed()},
            {"last_stage", safety::name(authority.stage)},
            {"last_reason", safety::name(authority.reason)},
-           {"failsafe", steps_json(sequencer, limits)},
+           {"failsafe", steps_json(told.steps(), limits)},
            {"checks_off", options.disabled_checks},
            {"stalls", stalls},
-           {"tracking", to_json(sequencer.tracking())},
-           {"vibration", to_json(sequencer.vibration())},
+           {"tracking", to_json(told.tracking())},
+           {"vibration", to_json(told.vibration())},
            {"position_m", {estimate.x.position_m, estimate.y.position_m, estimate.height_m}},
            {"health", companion::to_json(controller.link().health())}};
-  if (sequencer.limit_cycle()) {
-    out["swinging"] = {{"t_s", core::seconds<double>(sequencer.limit_cycle()->now.time_since_epoch())},
-                       {"height_rad", sequencer.limit_cycle()->limit_cycle.height_rad},
-                       {"frequency_hz", sequencer.limit_cycle()->limit_cycle.frequency_hz}};
+  if (told.limit_cycle()) {
+    out["swinging"] = {{"t_s", core::seconds<double>(told.limit_cycle()->now.time_since_epoch())},
+                       {"height_rad", told.limit_cycle()->limit_cycle.height_rad},
+                       {"frequency_hz", told.limit_cycle()->limit_cycle.frequency_hz}};
   }
   if (orders.excitation) {
     out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);

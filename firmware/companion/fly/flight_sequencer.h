@@ -80,12 +80,9 @@ class FlightSequencer {
   bool landed() const { return outcome_.landed; }
   /// We had control, gave it back by order, at the end of --hold or after a landing, and the transmitter has it.
   bool given_back() const { return outcome_.given_back; }
-  /// The observation when the first limit cycle was detected; nullopt: none was.
-  const std::optional<safety::Observation>& limit_cycle() const { return reporter_.limit_cycle(); }
+  /// What happened so far.
+  const FlightReporter& reporter() const { return reporter_; }
   std::span<const ClockStep> clock_steps() const { return start_.clock_steps(); }
-  const TrackingError& tracking() const { return reporter_.tracking(); }
-  const est::VibrationStatus& vibration() const { return reporter_.vibration(); }
-  std::span<const safety::FailsafeStep> steps() const { return reporter_.steps(); }
 
  private:
   /// kHovering: in place of a landing that the wind would carry away, until the pilot lands.

@@ -132,13 +132,11 @@ void discard_operator_input() {
 }
 
 void print_line(std::string_view line) {
-  TextLine whole;
-  whole.add(line_begin()).add(line);
   if (LineWriter* const writer = LineWriter::current()) {
-    writer->push(whole.text());
+    writer->push(line);
     return;
   }
-  write_with_timeout(whole.add("\n").text());
+  write_with_timeout(TextLine{}.add(line).add("\n").text());
 }
 
 void open_or_explain(hal::SerialPort& port) {

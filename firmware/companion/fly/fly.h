@@ -77,7 +77,7 @@ void discard_operator_input();
 /// Opens a port or throws UsageError with the reason.
 void open_or_explain(hal::SerialPort& port);
 
-/// Prints a line for the operator, by the LineWriter if there is one. Erases the status line first, if there is one.
+/// Prints a line for the operator, by the LineWriter if there is one.
 void print_line(std::string_view line);
 
 /// One line with the state of the authority table, and the remedy if there is one.

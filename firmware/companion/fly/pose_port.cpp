@@ -107,14 +107,6 @@ PosePort::~PosePort() {
   }
 }
 
-TelemetryStream* PosePort::start_telemetry_stream() {
-  if (udp_) {
-    telemetry_stream_ = std::make_unique<TelemetryStream>(*udp_, signed_ ? std::optional(key_) : std::nullopt);
-    telemetry_stream_->start();
-  }
-  return telemetry_stream_.get();
-}
-
 void PosePort::tick() {
   if (!signed_) {
     return;

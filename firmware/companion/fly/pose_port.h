@@ -12,7 +12,6 @@
 #include "firmware/companion/files/signature_times_file.h"
 #include "firmware/companion/files/text/json.h"
 #include "firmware/companion/ground_station/mavlink_tap.h"
-#include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/link/pose/pose_link.h"
 #include "firmware/link/pose/signed_line.h"
 #include "hal/linux/serial_port.h"
@@ -60,14 +59,11 @@ class PosePort {
   /// SerialPort::mark_arrived(), or that of the network.
   void mark_arrived() { udp_ ? udp_->mark_arrived() : serial_->mark_arrived(); }
   hal::Uart& line() { return *line_; }
-  /// Starts sending to the ground station, signed if there is a key. @returns null: the port is a serial line.
-  TelemetryStream* start_telemetry_stream();
-  /// After start_telemetry_stream(): call it after each tick.
-  void publish(const app::FlightController<double>& controller, core::TimePoint now) {
-    if (telemetry_stream_) {
-      telemetry_stream_->publish(controller, now, signed_ ? signed_->min_time() : mavlink::SignatureTime{0});
-    }
-  }
+  /// For what is sent to the ground station; null: the port is a serial line.
+  const hal::UdpPort* network() const { return udp_ ? &*udp_ : nullptr; }
+  std::optional<mavlink::Key> key() const { return signed_ ? std::optional(key_) : std::nullopt; }
+  /// Least time stamp of the signatures of what is sent now.
+  mavlink::SignatureTime min_time() const { return signed_ ? signed_->min_time() : mavlink::SignatureTime{0}; }
   /// The baud rate, which gives the transmission time of a byte; 0: a network.
   std::uint32_t baud() const { return udp_ ? 0 : options_.baud; }
   const std::string& name() const { return options_.port; }
@@ -88,7 +84,6 @@ class PosePort {
   std::unique_ptr<SignatureTimesFile> replay_file_;
   mavlink::Key key_{};
   std::optional<link::SignedLine> signed_;
-  std::unique_ptr<TelemetryStream> telemetry_stream_;
   hal::Uart* line_ = nullptr;
   std::uint32_t ticks_ = 0;
 };

@@ -2,6 +2,7 @@
 #include "firmware/companion/ground_station/state_messages.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -28,16 +29,12 @@ std::uint32_t milliseconds(core::TimePoint now) {
   return static_cast<std::uint32_t>(now.time_since_epoch().count() / 1000);
 }
 
-float ned(const std::array<double, 3>& world, std::size_t axis) {
-  return static_cast<float>(axis == 0 ? world[axis] : -world[axis]);
-}
-
-std::uint8_t system_status(const FlightState& state) {
-  switch (state.failsafe_state) {
+std::uint8_t system_status(const app::TickRecord<double>& record) {
+  switch (record.supervised.failsafe_state) {
     case safety::FailsafeState::kNominal:
       return kActive;
     case safety::FailsafeState::kLevel:
-      return state.task_flies ? kActive : kCritical;
+      return record.seen.orders.task_flies ? kActive : kCritical;
     case safety::FailsafeState::kCoast:
       return kCritical;
     case safety::FailsafeState::kRelease:
@@ -50,85 +47,72 @@ std::uint8_t system_status(const FlightState& state) {
 
 }  // namespace
 
-FlightState state_of(const app::FlightController<double>& controller, core::TimePoint now) {
-  const est::Estimate<double>& estimate = controller.estimate();
-  const app::SourceFrame<double>& source = controller.source_frame();
-  const core::Vector<double, 3> position_m(estimate.x.position_m, estimate.y.position_m, estimate.height_m);
-  const core::Vector<double, 3> velocity_m_s(estimate.x.velocity_m_s, estimate.y.velocity_m_s, estimate.climb_m_s);
-  const core::Vector<double, 3> at = source.to_source(position_m);
-  const core::Vector<double, 3> v = source.to_source(position_m + velocity_m_s) - at;
-  const core::Vector<double, 2> tilt =
-      core::rotate_by_yaw<double>({estimate.x.tilt_rad, -estimate.y.tilt_rad}, -source.turn_rad());
-  const protocol::Telemetry& telemetry = controller.link().telemetry();
-  const safety::Observation& seen = controller.observed();
-  const bool is_refused = seen.consistency.refused_poses > 0 && seen.consistency.refused_allowed_m > 0.0;
-  return {.now = now,
-          .position_w_m = {at.x(), at.y(), at.z()},
-          .velocity_w_m_s = {v.x(), v.y(), v.z()},
-          .tilt = {.x_rad = tilt.x(), .y_rad = -tilt.y()},
-          .yaw_rad = core::wrap_pi(estimate.yaw_rad - source.turn_rad()),
-          .rate_frd_rad_s = telemetry.angular_velocity_frd_rad_s,
-          .horizontal_sigma_m =
-              std::sqrt(std::max({0.0, estimate.x.position_variance_m2, estimate.y.position_variance_m2})),
-          .gate_ratio = is_refused ? seen.consistency.refused_by_m / seen.consistency.refused_allowed_m : 0.0,
-          .healthy = estimate.healthy,
-          .prediction_valid = estimate.prediction_valid,
-          .in_control = controller.link().authority().in_control,
-          .failsafe_state = controller.supervisor().failsafe_state(),
-          .task_flies = seen.orders.task_flies,
-          .has_battery = (telemetry.items & static_cast<std::uint16_t>(protocol::TelemetryItem::kBattery)) != 0,
-          .battery_percent = telemetry.battery_percent};
-}
-
-mavlink::Heartbeat heartbeat_of(const FlightState& state) {
-  const bool flies = state.failsafe_state != safety::FailsafeState::kSilent;
-  return {.custom_mode = static_cast<std::uint32_t>(state.failsafe_state),
+mavlink::Heartbeat heartbeat_of(const app::TickRecord<double>& record) {
+  const safety::FailsafeState state = record.supervised.failsafe_state;
+  return {.custom_mode = static_cast<std::uint32_t>(state),
           .type = kQuadrotor,
           .autopilot = 0,
-          .base_mode = static_cast<std::uint8_t>(kCustomModeFlag | (state.in_control ? kArmedFlag : 0) |
-                                                 (flies ? kGuidedFlag : 0)),
-          .system_status = system_status(state),
+          .base_mode = static_cast<std::uint8_t>(kCustomModeFlag | (record.authority.in_control ? kArmedFlag : 0) |
+                                                 (state != safety::FailsafeState::kSilent ? kGuidedFlag : 0)),
+          .system_status = system_status(record),
           .mavlink_version = kProtocolVersion};
 }
 
-mavlink::AttitudeQuaternion attitude_of(const FlightState& state) {
-  const core::Quaternion<double> q = core::flip_yz(core::quaternion_of(core::attitude_of(state.tilt, state.yaw_rad)));
-  return {.time_boot_ms = milliseconds(state.now),
+mavlink::AttitudeQuaternion attitude_of(const app::TickRecord<double>& record) {
+  const double turn_rad = record.source_frame.turn_rad();
+  const core::Vector<double, 2> tilt =
+      core::rotate_by_yaw<double>({record.estimate.x.tilt_rad, -record.estimate.y.tilt_rad}, -turn_rad);
+  const core::Quaternion<double> q = core::flip_yz(core::quaternion_of(core::attitude_of(
+      core::Tilt<double>{.x_rad = tilt.x(), .y_rad = -tilt.y()}, core::wrap_pi(record.estimate.yaw_rad - turn_rad))));
+  const std::array<float, 3>& rate_frd_rad_s = record.telemetry.angular_velocity_frd_rad_s;
+  return {.time_boot_ms = milliseconds(record.now),
           .q1 = static_cast<float>(q.w),
           .q2 = static_cast<float>(q.x),
           .q3 = static_cast<float>(q.y),
           .q4 = static_cast<float>(q.z),
-          .rollspeed = state.rate_frd_rad_s[0],
-          .pitchspeed = state.rate_frd_rad_s[1],
-          .yawspeed = state.rate_frd_rad_s[2],
+          .rollspeed = rate_frd_rad_s[0],
+          .pitchspeed = rate_frd_rad_s[1],
+          .yawspeed = rate_frd_rad_s[2],
           .repr_offset_q = {}};
 }
 
-mavlink::LocalPositionNed position_of(const FlightState& state) {
-  return {.time_boot_ms = milliseconds(state.now),
-          .x = ned(state.position_w_m, 0),
-          .y = ned(state.position_w_m, 1),
-          .z = ned(state.position_w_m, 2),
-          .vx = ned(state.velocity_w_m_s, 0),
-          .vy = ned(state.velocity_w_m_s, 1),
-          .vz = ned(state.velocity_w_m_s, 2)};
+mavlink::LocalPositionNed position_of(const app::TickRecord<double>& record) {
+  const est::Estimate<double>& flown = record.estimate;
+  const core::Vector<double, 3> position_m(flown.x.position_m, flown.y.position_m, flown.height_m);
+  const core::Vector<double, 3> velocity_m_s(flown.x.velocity_m_s, flown.y.velocity_m_s, flown.climb_m_s);
+  const core::Vector<double, 3> at = record.source_frame.to_source(position_m);
+  const core::Vector<double, 3> v = record.source_frame.to_source(position_m + velocity_m_s) - at;
+  return {.time_boot_ms = milliseconds(record.now),
+          .x = static_cast<float>(at.x()),
+          .y = static_cast<float>(-at.y()),
+          .z = static_cast<float>(-at.z()),
+          .vx = static_cast<float>(v.x()),
+          .vy = static_cast<float>(-v.y()),
+          .vz = static_cast<float>(-v.z())};
 }
 
-mavlink::EstimatorStatus estimator_of(const FlightState& state) {
-  return {.time_usec = static_cast<std::uint64_t>(state.now.time_since_epoch().count()),
-          .pos_horiz_ratio = static_cast<float>(state.gate_ratio),
-          .pos_horiz_accuracy = static_cast<float>(state.horizontal_sigma_m),
-          .flags = static_cast<std::uint16_t>((state.healthy ? kEstimateFlags : 0) |
-                                              (state.prediction_valid || state.healthy ? kPredictedFlag : 0))};
+mavlink::EstimatorStatus estimator_of(const app::TickRecord<double>& record) {
+  const est::Estimate<double>& at = record.estimate;
+  const est::ConsistencyStatus& seen = record.seen.consistency;
+  const bool is_refused = seen.refused_poses > 0 && seen.refused_allowed_m > 0.0;
+  return {.time_usec = static_cast<std::uint64_t>(record.now.time_since_epoch().count()),
+          .pos_horiz_ratio = static_cast<float>(is_refused ? seen.refused_by_m / seen.refused_allowed_m : 0.0),
+          .pos_horiz_accuracy =
+              static_cast<float>(std::sqrt(std::max({0.0, at.x.position_variance_m2, at.y.position_variance_m2}))),
+          .flags = static_cast<std::uint16_t>((at.healthy ? kEstimateFlags : 0) |
+                                              (at.prediction_valid || at.healthy ? kPredictedFlag : 0))};
 }
 
-mavlink::BatteryStatus battery_of(const FlightState& state) {
-  mavlink::BatteryStatus message{.current_consumed = -1,
-                                 .energy_consumed = -1,
-                                 .temperature = std::numeric_limits<std::int16_t>::max(),
-                                 .current_battery = -1,
-                                 .battery_remaining = static_cast<std::int8_t>(
-                                     state.has_battery ? std::min<std::uint8_t>(state.battery_percent, 100) : -1)};
+mavlink::BatteryStatus battery_of(const app::TickRecord<double>& record) {
+  const protocol::Telemetry& telemetry = record.telemetry;
+  mavlink::BatteryStatus message{
+      .current_consumed = -1,
+      .energy_consumed = -1,
+      .temperature = std::numeric_limits<std::int16_t>::max(),
+      .current_battery = -1,
+      .battery_remaining = static_cast<std::int8_t>(telemetry.has(protocol::TelemetryItem::kBattery)
+                                                        ? std::min<std::uint8_t>(telemetry.battery_percent, 100)
+                                                        : -1)};
   message.voltages.fill(std::numeric_limits<std::uint16_t>::max());
   return message;
 }

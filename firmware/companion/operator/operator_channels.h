@@ -12,9 +12,7 @@ namespace m100::companion {
 /// Sends lines to the terminal, the log and the ground station.
 class OperatorChannels final : public OperatorLog {
  public:
-  /// @param telemetry_stream to the ground station; may be null.
-  OperatorChannels(log::FlightLogWriter* log, TelemetryStream* telemetry_stream)
-      : log_(log), telemetry_stream_(telemetry_stream) {}
+  OperatorChannels(log::FlightLogWriter* log, TelemetryStream& stream) : log_(log), stream_(stream) {}
   void write(core::TimePoint now, std::string_view line) override {
     TextLine timed;
     timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
@@ -22,14 +20,12 @@ class OperatorChannels final : public OperatorLog {
     if (log_ != nullptr) {
       log_->append(now, line);
     }
-    if (telemetry_stream_ != nullptr) {
-      telemetry_stream_->publish(line);
-    }
+    stream_.publish(line);
   }
 
  private:
   log::FlightLogWriter* log_;
-  TelemetryStream* telemetry_stream_;
+  TelemetryStream& stream_;
 };
 
 }  // namespace m100::companion

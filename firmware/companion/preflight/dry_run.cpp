@@ -10,6 +10,8 @@
 #include "firmware/companion/files/log_file.h"
 #include "firmware/companion/files/text/json.h"
 #include "firmware/companion/fly/flight_files.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
+#include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/preflight/probe/receive_only_port.h"
@@ -68,13 +70,14 @@ ReceivedState fly_silently(const FlyOptions& options, const FlightFiles& orders,
   log::FlightLogWriter* const log = begin_log(log_file, options, model, orders, prepared, core::TimePoint{});
   const auto controller = std::make_unique<app::FlightController<double>>(
       model.vehicle(), model.tables(), prepared.config, port, silent_pose_port, *prepared.course, log);
-  LiveDisplay live(options.live);
-  live.start();
+  TelemetryStream stream(options.live, nullptr, {});
+  LineWriter writer(shows_status(options.live));
   const auto mark_poses = [&] { pose_port.mark_arrived(); };
   const std::uint32_t stalls = listen(options, mark_poses, [&](core::TimePoint now) {
     pose_port.tick();
     (void)controller->tick(now);
-    live.publish(*controller, *prepared.course, now);
+    stream.publish(controller->record(), 0);
+    writer.show(controller->record());
   });
   const est::Estimate<double>& estimate = controller->estimate();
   return {.telemetry = controller->link().authority().telemetry_fresh,

@@ -18,7 +18,6 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/ground_station/return_to_start.h"
-#include "firmware/companion/replay/record_window.h"
 #include "firmware/companion/replay/recorded_uart.h"
 #include "firmware/mpc/table_file.h"
 
@@ -109,13 +108,10 @@ bool same_bytes(const RecordedUart& autopilot, const RecordedUart& pose, const R
 }
 
 /// Compares bits: a NaN equals itself, and minus zero differs from zero.
-bool same_records(const RecordedFlight::Tick& now, const RecordedFlight::Tick& then) {
-  // NOLINTBEGIN(bugprone-suspicious-memory-comparison): records have no padding (records.h)
-  const bool same_excitation =
-      now.excitation.has_value() == then.excitation.has_value() &&
-      (!now.excitation || std::memcmp(&*now.excitation, &*then.excitation, sizeof(log::ExcitationRecord)) == 0);
-  return same_excitation && std::memcmp(&now.record, &then.record, sizeof now.record) == 0;
-  // NOLINTEND(bugprone-suspicious-memory-comparison)
+template <typename Record>
+bool is_same(const Record& now, const Record& then) {
+  // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): records have no padding (records.h)
+  return std::memcmp(&now, &then, sizeof now) == 0;
 }
 
 void compare(const log::TickRecord& now, const RecordedFlight::Tick& then, bool same, std::size_t tick,
@@ -188,9 +184,8 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
   auto goals = goal_settings ? std::optional<GoalFollower<T>>(std::in_place, course, config.fence, *goal_settings)
                              : std::nullopt;
   ReturnToStart<T> home = home_of(flight, config, course);
-  const auto last = std::make_unique<RecordWindow>();
   const auto controller = std::make_unique<app::FlightController<T, S>>(vehicle.vehicle, tables->tables(), config,
-                                                                        autopilot, overheard, course, &last->log());
+                                                                        autopilot, overheard, course, nullptr);
   core::Sha256 hash;
   ReplayResult result;
   for (const RecordedFlight::Tick& tick : flight.ticks) {
@@ -204,15 +199,18 @@ ReplayResult run(const RecordedFlight& flight, const protocol::Cipher* cipher,
     autopilot.next(tick.autopilot_in);
     pose.next(tick.pose_in);
     static_cast<void>(controller->tick(time_of(tick)));
-    const RecordedFlight::Tick now = last->take(controller->excitation().state() != ctl::Excitation<T>::State::kIdle);
-    const bool same = same_records(now, tick) && same_bytes(autopilot, pose, tick);
+    const app::TickRecord<T>& flown = controller->record();
+    const log::TickRecord now = app::logged(flown, 0);
+    const bool same = is_same(now, tick.record) && flown.excitation.has_value() == tick.excitation.has_value() &&
+                      (!flown.excitation || is_same(*flown.excitation, *tick.excitation)) &&
+                      same_bytes(autopilot, pose, tick);
     lead(goals, overheard, home, *controller, time_of(tick));
     if (observe) {
       observe(*controller);
     }
     hash.update(autopilot.written());
-    hash.update(std::as_bytes(std::span(&now.record, 1)));
-    compare(now.record, tick, same, result.ticks, result);
+    hash.update(std::as_bytes(std::span(&now, 1)));
+    compare(now, tick, same, result.ticks, result);
     ++result.ticks;
     result.messages_missing = tick.record.dropped_messages;
   }

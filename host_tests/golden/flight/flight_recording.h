@@ -58,7 +58,7 @@ bool read_tick(RecordedTick& tick, Read&& read) {
 }
 
 /// A UART that gives the bytes of the recording for this tick and accepts what the program sends.
-class ReplayedUart final : public hal::Uart {
+class ReplayedUart : public hal::Uart {
  public:
   void load(std::span<const std::byte> bytes) { waiting_ = bytes; }
   core::Expected<std::size_t> read(std::span<std::byte> destination) override {
@@ -118,10 +118,7 @@ class ReplayedFlight {
   }
   void tick() { static_cast<void>(controller_.tick(now_)); }
   void drain() {
-    while (!ring_.front().empty()) {
-      hash_.update(ring_.front());
-      ring_.pop(ring_.front().size());
-    }
+    ring_.drain([this](std::span<const std::byte> piece) { hash_.update(piece); });
   }
   /// @returns the hash; empty if the log was too small for a tick or the course could not be laid, so that an
   ///   incomplete flight has no hash.

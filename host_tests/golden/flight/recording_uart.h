@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
 #include <fstream>
-#include <vector>
 
 #include "host_tests/golden/flight/flight_recording.h"
 
@@ -21,21 +19,13 @@ inline std::uint16_t take(hal::Uart& from, std::span<std::byte> into) {
 }
 
 /// A UART that gives the program the recorded bytes and passes on what the program sends.
-class RecordingUart final : public hal::Uart {
+class RecordingUart final : public ReplayedUart {
  public:
   RecordingUart(hal::Uart& line) : line_(line) {}
-  void load(std::span<const std::byte> bytes) { waiting_.assign(bytes.begin(), bytes.end()); }
-  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
-    const std::size_t count = std::min(destination.size(), waiting_.size());
-    std::copy_n(waiting_.begin(), count, destination.begin());
-    waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
-    return count;
-  }
   core::Expected<std::size_t> write(std::span<const std::byte> source) override { return line_.write(source); }
 
  private:
   hal::Uart& line_;
-  std::vector<std::byte> waiting_;
 };
 
 /// Appends one tick to the recording.

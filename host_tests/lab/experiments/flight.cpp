@@ -68,12 +68,10 @@ class LogSink {
   explicit LogSink(bool keep) : storage_(keep ? kLogRingBytes : 1), ring_(storage_), log_(ring_) {}
   log::FlightLogWriter& log() { return log_; }
   void drain(std::vector<std::uint8_t>& into) {
-    while (!ring_.front().empty()) {
-      const std::span<const std::byte> piece = ring_.front();
+    ring_.drain([&into](std::span<const std::byte> piece) {
       const auto* const first = reinterpret_cast<const std::uint8_t*>(piece.data());
       into.insert(into.end(), first, first + piece.size());
-      ring_.pop(piece.size());
-    }
+    });
   }
 
  private:

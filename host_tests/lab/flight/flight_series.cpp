@@ -45,7 +45,6 @@ void add_tick(const log::TickRecord& record, double t_s, FlightSeries& out) {
     out.reference_m[i].push_back(record.ref_position[i]);
   }
   for (std::size_t i = 0; i < 4; ++i) {
-    out.wanted[i].push_back(record.wanted[i]);
     out.granted[i].push_back(record.granted[i]);
     if (record.sent != 0) {
       out.sticks_counts[i].t_s.push_back(t_s);

@@ -51,7 +51,6 @@ struct FlightSeries {
   Axes reference_m;           ///< ticks: where the course is at that time
   Axes attitude_rad;          ///< ticks of attitude_t_s, as measured: roll, pitch, yaw
   std::vector<double> attitude_t_s;
-  std::array<std::vector<double>, 4> wanted;                  ///< ticks, by the law: roll, pitch, climb, yaw rate
   std::array<std::vector<double>, 4> granted;                 ///< ticks, after the supervisor
   std::array<Timed, 4> sticks_counts;                         ///< sent: roll, pitch, throttle, yaw; recorded: of 10000
   std::array<std::vector<double>, 2> disturbance_m_s2;        ///< ticks, x and y: as the observer estimated in flight

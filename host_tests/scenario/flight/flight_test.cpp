@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <fstream>
 
 #include "firmware/companion/replay/replay.h"
 #include "firmware/mpc/generated/gain_table.h"
@@ -164,11 +163,8 @@ INSTANTIATE_TEST_SUITE_P(
         Fault{"SlowerActuators", [](sim::World& w) { w.vehicle().slow_actuators(0.8); }, kNominal, 0.011}),
     [](const auto& tested) { return tested.param.name; });
 
-companion::RecordedFlight read_back(const FlightResult& flight, const std::string& name) {
-  const std::string path = ::testing::TempDir() + name;
-  std::ofstream(path, std::ios::binary)
-      .write(reinterpret_cast<const char*>(flight.log.data()), static_cast<std::streamsize>(flight.log.size()));
-  return companion::read_flight(path);
+companion::RecordedFlight read_back(const FlightResult& flight) {
+  return companion::parse_flight_log({flight.log.begin(), flight.log.end()}, "flight");
 }
 
 // Catches a field that is never written, an omitted axis, and a count that is not reset in each tick. Three metres from
@@ -181,7 +177,7 @@ TEST(Log, CountsTheChangesOfTheActiveSetsInEachTick) {
   ASSERT_TRUE(flight.flew);
   int changed_by_x = 0;
   int changed_by_y = 0;
-  for (const companion::RecordedFlight::Tick& tick : read_back(flight, "changes_test.ulg").ticks) {
+  for (const companion::RecordedFlight::Tick& tick : read_back(flight).ticks) {
     const bool x_iterates = tick.record.mpc_path_x >= static_cast<int>(mpc::Path::kActiveSet);
     const bool y_iterates = tick.record.mpc_path_y >= static_cast<int>(mpc::Path::kActiveSet);
     if (!x_iterates && !y_iterates) {
@@ -207,7 +203,7 @@ TEST(Law, SolvesItsProgramsInTheTicksWhoseCommandLeaves) {
   int held = 0;
   int left = 0;
   int flown = 0;
-  for (const companion::RecordedFlight::Tick& tick : read_back(flight, "solves_test.ulg").ticks) {
+  for (const companion::RecordedFlight::Tick& tick : read_back(flight).ticks) {
     const bool flies = tick.record.state == static_cast<int>(safety::FailsafeState::kNominal);
     flown = flies ? flown + 1 : 0;
     if (flown > 1) {  // pose noise changes every solution
@@ -279,7 +275,7 @@ TEST(Replay, GivesTheSameFlightAgain) {
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
   ASSERT_EQ(flight.dropped_log_messages, 0U);
-  const companion::RecordedFlight recorded = read_back(flight, "replay_test.ulg");
+  const companion::RecordedFlight recorded = read_back(flight);
   const companion::ReplayResult again = companion::replay(recorded, companion::Scalar::kDouble);
   EXPECT_EQ(again.ticks, recorded.ticks.size());
   EXPECT_EQ(again.different_ticks, 0U) << "first at tick " << again.first_difference;
@@ -297,7 +293,7 @@ TEST(Replay, KnowsWhichLawFlew) {
   plan.law = mpc::Law::kLqr;
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
-  companion::RecordedFlight recorded = read_back(flight, "replay_lqr_test.ulg");
+  companion::RecordedFlight recorded = read_back(flight);
   EXPECT_EQ(companion::replay(recorded, companion::Scalar::kDouble).different_ticks, 0U);
   std::string& note = recorded.notes.at(companion::kLinkNote);
   const std::size_t law = note.find(" law lqr");
@@ -326,7 +322,7 @@ TEST(Replay, NoticesEveryDamagedByteAndSaysInWhichTick) {
   plan.course = "step 0 0 0 0 1\n";
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
-  const companion::RecordedFlight sound = read_back(flight, "replay_damaged_test.ulg");
+  const companion::RecordedFlight sound = read_back(flight);
   const std::size_t middle = sound.ticks.size() / 2;
   const auto first_difference = [](const companion::RecordedFlight& flown) {
     const companion::ReplayResult result = companion::replay(flown, companion::Scalar::kDouble);

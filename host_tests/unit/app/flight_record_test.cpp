@@ -31,11 +31,7 @@ struct FlightRecordTest : ::testing::Test {
   }
   std::vector<std::byte> drain() {
     std::vector<std::byte> bytes;
-    while (!ring.front().empty()) {
-      const std::span<const std::byte> front = ring.front();
-      bytes.insert(bytes.end(), front.begin(), front.end());
-      ring.pop(front.size());
-    }
+    ring.drain([&bytes](std::span<const std::byte> piece) { bytes.insert(bytes.end(), piece.begin(), piece.end()); });
     return bytes;
   }
   /// The record of one more tick: it is the last that the tick writes.

@@ -33,7 +33,7 @@ struct LineWriterTest : ::testing::Test {
 };
 
 TEST_F(LineWriterTest, LinesLeaveInTheirOrderAndWhole) {
-  LineWriter writer(&stubborn);
+  LineWriter writer(false, &stubborn);
   writer.push("first");
   writer.push("second");
   writer.push(std::string(2000, 'x'));
@@ -43,9 +43,27 @@ TEST_F(LineWriterTest, LinesLeaveInTheirOrderAndWhole) {
   EXPECT_EQ(written, (std::vector<std::string>{"first\n", "second\n", cut}));
 }
 
+// The status line is erased before each line and at the end.
+TEST_F(LineWriterTest, AStatusLineStandsBelowTheLines) {
+  LineWriter writer(true, &stubborn);
+  writer.push("first");
+  for (std::uint32_t tick = 0; tick <= LineWriter::kTicksPerStatus; ++tick) {
+    writer.show({});
+  }
+  writer.push(std::string(2000, 'x'));
+  writer.finish();
+  ASSERT_EQ(written.size(), 5U) << "two lines, two states, and the end";
+  for (const std::string& text : written) {
+    EXPECT_TRUE(text.starts_with("\r\x1b[K"));
+    EXPECT_LE(text.size(), TextLine::kMaxBytes);
+  }
+  EXPECT_EQ(written.front(), "\r\x1b[Kfirst\n");
+  EXPECT_EQ(written.back(), "\r\x1b[K");
+}
+
 // Catches a flying thread that writes by itself, or waits for the thread that does: this test would never end.
 TEST_F(LineWriterTest, AnOutputThatStandsStillDoesNotStopThePusher) {
-  LineWriter writer(&stubborn);
+  LineWriter writer(false, &stubborn);
   stands_still = true;
   writer.push("0");
   while (!writes) {
@@ -62,7 +80,7 @@ TEST_F(LineWriterTest, AnOutputThatStandsStillDoesNotStopThePusher) {
 
 // Catches a program that never ends, because the disk under its output never moves again.
 TEST_F(LineWriterTest, AnOutputThatNeverMovesAgainIsLeftBehind) {
-  LineWriter writer(&stubborn, 20ms);
+  LineWriter writer(false, &stubborn, 20ms);
   stands_still = true;
   writer.push("lost");
   writer.finish();
@@ -75,7 +93,7 @@ TEST_F(LineWriterTest, AnOutputThatNeverMovesAgainIsLeftBehind) {
 
 TEST_F(LineWriterTest, TheCurrentOneIsTheOneThatRuns) {
   EXPECT_EQ(LineWriter::current(), nullptr);
-  LineWriter writer(&stubborn);
+  LineWriter writer(false, &stubborn);
   EXPECT_EQ(LineWriter::current(), &writer);
   writer.finish();
   EXPECT_EQ(LineWriter::current(), nullptr);

@@ -2,12 +2,14 @@
 // Live display of a flight: one JSON object per state, one status line, and no receiver unless one is given.
 #include "firmware/companion/operator/live_display.h"
 #include "firmware/companion/files/text/json.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
 
 #include <gtest/gtest.h>
 
 #include <arpa/inet.h>
 #include <malloc.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -17,20 +19,24 @@
 namespace m100::companion {
 namespace {
 
-LiveState flying() {
-  LiveState state;
-  state.t_s = 12.34;
-  state.failsafe_state = safety::FailsafeState::kNominal;
-  state.in_control = true;
-  state.position_m = {1.0, -2.0, 1.5};
-  state.reference_m = {1.03, -2.0, 1.54};
-  state.pose_latency_s = 0.021;
-  state.pose_jitter_s = 0.004;
-  state.poses = 1234;
-  state.telemetry_hz = 100.0;
-  state.telemetry_age_s = 0.003;
-  state.vibration = {.rms_m_s2 = 0.03, .peak_m_s2 = 0.09};
-  return state;
+using namespace std::chrono_literals;
+
+app::TickRecord<double> flying() {
+  app::TickRecord<double> record;
+  record.now = core::TimePoint(12340ms);
+  record.supervised.failsafe_state = safety::FailsafeState::kNominal;
+  record.authority.in_control = true;
+  record.estimate.x.position_m = 1.0;
+  record.estimate.y.position_m = -2.0;
+  record.estimate.height_m = 1.5;
+  record.course_w_m = {1.03, -2.0, 1.54};
+  record.seen.pose_latency = {.min_latency = 21ms, .jitter = 4ms};
+  record.poses.poses = 1234;
+  record.health.telemetry_rate_hz = 100.0;
+  record.health.packages = 1;
+  record.health.telemetry_age = 3ms;
+  record.seen.consistency.vibration = {.rms_m_s2 = 0.03, .peak_m_s2 = 0.09};
+  return record;
 }
 
 TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
@@ -49,23 +55,23 @@ TEST(LiveDisplay, AStateIsOneObjectWithItsTime) {
 
 // JSON has no NaN; a receiver could not parse the object.
 TEST(LiveDisplay, WhatIsNoNumberIsNull) {
-  LiveState state = flying();
-  state.yaw_rad = std::nan("");
-  EXPECT_TRUE(Json::parse(json_of(state))["yaw_rad"].is_null());
+  app::TickRecord<double> record = flying();
+  record.estimate.yaw_rad = std::nan("");
+  EXPECT_TRUE(Json::parse(json_of(record))["yaw_rad"].is_null());
 }
 
 TEST(LiveDisplay, TheLineSaysStatePlaceErrorPoseAndLink) {
   EXPECT_EQ(status_of(flying(), 0.0125),
             "nominal   1.00  -2.00  1.50 m, off 0.05 m, pose 21+4 ms, lost 1.2 %, link 100 Hz 3 ms, "
             "vibration 0.03, peak 0.09 m/s^2");
-  LiveState waiting = flying();
-  waiting.failsafe_state = safety::FailsafeState::kSilent;
+  app::TickRecord<double> waiting = flying();
+  waiting.supervised.failsafe_state = safety::FailsafeState::kSilent;
   EXPECT_NE(status_of(waiting, 0.0).find("not flown"), std::string::npos);
-  waiting.telemetry_age_s = std::nan("");
+  waiting.health.packages = 0;
   EXPECT_NE(status_of(waiting, 0.0).find("no telemetry"), std::string::npos);
-  waiting.vibration = {.rms_m_s2 = 40.0, .peak_m_s2 = 80.0, .clipped = 0.25};
+  waiting.seen.consistency.vibration = {.rms_m_s2 = 40.0, .peak_m_s2 = 80.0, .clipped = 0.25};
   EXPECT_NE(status_of(waiting, 0.0).find("vibration 40.00, peak 80.00 m/s^2, clips 25 %"), std::string::npos);
-  waiting.vibration.rms_m_s2 = std::nan("");
+  waiting.seen.consistency.vibration.rms_m_s2 = std::nan("");
   EXPECT_NE(status_of(waiting, 0.0).find("vibration not seen at this rate"), std::string::npos);
 }
 
@@ -83,11 +89,10 @@ TEST(LiveDisplay, AReceiverIsAnAddressAndAPort) {
 
 // Catches a thread with a malloc arena of its own, which takes 64 MB of address space: memory is locked, and the limit
 // that doctor asks for does not leave room for it.
-TEST(LiveDisplay, TheThreadThatShowsHasNoMemoryOfItsOwn) {
-  LiveDisplay live({.to = "127.0.0.1:9", .status = "never"});
-  live.start();
-  live.publish(flying());
-  live.finish();
+TEST(LiveDisplay, TheThreadThatSendsHasNoMemoryOfItsOwn) {
+  std::optional<TelemetryStream> stream(std::in_place, LiveOptions{.to = "127.0.0.1:9"}, nullptr, std::nullopt);
+  stream->publish(flying(), 0);
+  stream.reset();
   char* text = nullptr;
   std::size_t size = 0;
   std::FILE* const report = open_memstream(&text, &size);
@@ -97,13 +102,6 @@ TEST(LiveDisplay, TheThreadThatShowsHasNoMemoryOfItsOwn) {
   std::free(text);
   EXPECT_NE(pools.find("<heap nr=\"0\">"), std::string::npos) << pools;
   EXPECT_EQ(pools.find("<heap nr=\"1\">"), std::string::npos) << pools;
-}
-
-TEST(LiveDisplay, WithoutAStatusLineLinesBeginAtTheirBeginning) {
-  EXPECT_EQ(line_begin(), "");
-  LiveDisplay nobody({.to = "", .status = "never"});
-  nobody.start();
-  EXPECT_EQ(line_begin(), "");
 }
 
 }  // namespace

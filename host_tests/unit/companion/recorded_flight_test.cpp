@@ -55,10 +55,9 @@ struct RecordedFlightTest : ::testing::Test {
     log.append(record);
     EXPECT_EQ(log.dropped(), 0U);
     std::string out;
-    while (!ring.front().empty()) {
-      out.append(reinterpret_cast<const char*>(ring.front().data()), ring.front().size());
-      ring.pop(ring.front().size());
-    }
+    ring.drain([&out](std::span<const std::byte> piece) {
+      out.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+    });
     return out;
   }
   RecordedFlight read(const std::string& bytes) const {

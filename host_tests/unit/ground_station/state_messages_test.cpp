@@ -9,10 +9,12 @@ namespace m100::companion {
 namespace {
 
 TEST(StateMessages, AreInNorthEastDown) {
-  FlightState state;
-  state.position_w_m = {1.0, 2.0, 3.0};
-  state.velocity_w_m_s = {0.1, 0.2, 0.3};
-  const mavlink::LocalPositionNed position = position_of(state);
+  app::TickRecord<double> record;
+  record.estimate.x = {.position_m = 1.0, .velocity_m_s = 0.1};
+  record.estimate.y = {.position_m = 2.0, .velocity_m_s = 0.2};
+  record.estimate.height_m = 3.0;
+  record.estimate.climb_m_s = 0.3;
+  const mavlink::LocalPositionNed position = position_of(record);
   EXPECT_EQ(position.x, 1.F);
   EXPECT_EQ(position.y, -2.F);
   EXPECT_EQ(position.z, -3.F);
@@ -22,42 +24,43 @@ TEST(StateMessages, AreInNorthEastDown) {
 }
 
 TEST(StateMessages, AttitudeIsFrdInNed) {
-  FlightState state;
-  state.yaw_rad = 0.5;
-  mavlink::AttitudeQuaternion q = attitude_of(state);
+  app::TickRecord<double> record;
+  record.estimate.yaw_rad = 0.5;
+  mavlink::AttitudeQuaternion q = attitude_of(record);
   EXPECT_NEAR(q.q1, std::cos(0.25), 1e-6);
   EXPECT_NEAR(q.q4, -std::sin(0.25), 1e-6) << "counter-clockwise is negative about down";
-  state.yaw_rad = 0.0;
-  state.tilt.x_rad = 0.2;  // nose down in our frame
-  q = attitude_of(state);
+  record.estimate.yaw_rad = 0.0;
+  record.estimate.x.tilt_rad = 0.2;  // nose down in our frame
+  q = attitude_of(record);
   EXPECT_NEAR(q.q3, -std::sin(0.1), 1e-6) << "nose down is negative pitch about right";
-  state.tilt = {.x_rad = 0.0, .y_rad = 0.2};
-  q = attitude_of(state);
+  record.estimate.x.tilt_rad = 0.0;
+  record.estimate.y.tilt_rad = 0.2;
+  q = attitude_of(record);
   EXPECT_NEAR(q.q2, std::sin(0.1), 1e-6) << "right side down is positive in both";
 }
 
 TEST(StateMessages, TheHeartbeatSaysWhoHasControlAndHowItGoes) {
-  FlightState state;
-  EXPECT_EQ(heartbeat_of(state).base_mode, 1);
-  EXPECT_EQ(heartbeat_of(state).system_status, 3);
-  state.in_control = true;
-  state.failsafe_state = safety::FailsafeState::kNominal;
-  EXPECT_EQ(heartbeat_of(state).base_mode, 1 + 8 + 128);
-  EXPECT_EQ(heartbeat_of(state).system_status, 4);
-  state.failsafe_state = safety::FailsafeState::kCoast;
-  EXPECT_EQ(heartbeat_of(state).system_status, 5);
-  state.failsafe_state = safety::FailsafeState::kRelease;
-  EXPECT_EQ(heartbeat_of(state).system_status, 6);
+  app::TickRecord<double> record;
+  EXPECT_EQ(heartbeat_of(record).base_mode, 1);
+  EXPECT_EQ(heartbeat_of(record).system_status, 3);
+  record.authority.in_control = true;
+  record.supervised.failsafe_state = safety::FailsafeState::kNominal;
+  EXPECT_EQ(heartbeat_of(record).base_mode, 1 + 8 + 128);
+  EXPECT_EQ(heartbeat_of(record).system_status, 4);
+  record.supervised.failsafe_state = safety::FailsafeState::kCoast;
+  EXPECT_EQ(heartbeat_of(record).system_status, 5);
+  record.supervised.failsafe_state = safety::FailsafeState::kRelease;
+  EXPECT_EQ(heartbeat_of(record).system_status, 6);
 }
 
 TEST(StateMessages, WhatIsNotKnownIsSaidSo) {
-  FlightState state;
-  EXPECT_EQ(battery_of(state).battery_remaining, -1);
-  EXPECT_EQ(battery_of(state).voltages[9], 65535);
-  EXPECT_EQ(estimator_of(state).flags, 0);
-  state.has_battery = true;
-  state.battery_percent = 77;
-  EXPECT_EQ(battery_of(state).battery_remaining, 77);
+  app::TickRecord<double> record;
+  EXPECT_EQ(battery_of(record).battery_remaining, -1);
+  EXPECT_EQ(battery_of(record).voltages[9], 65535);
+  EXPECT_EQ(estimator_of(record).flags, 0);
+  record.telemetry.items = static_cast<std::uint16_t>(protocol::TelemetryItem::kBattery);
+  record.telemetry.battery_percent = 77;
+  EXPECT_EQ(battery_of(record).battery_remaining, 77);
 }
 
 std::string put_together(const std::string& sentence, int& pieces) {

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,12 +16,9 @@ namespace {
 
 std::vector<std::uint8_t> drained(Ring& ring) {
   std::vector<std::uint8_t> out;
-  while (!ring.front().empty()) {
-    for (const std::byte value : ring.front()) {
-      out.push_back(std::to_integer<std::uint8_t>(value));
-    }
-    ring.pop(ring.front().size());
-  }
+  ring.drain([&out](std::span<const std::byte> piece) {
+    std::transform(piece.begin(), piece.end(), std::back_inserter(out), std::to_integer<std::uint8_t>);
+  });
   return out;
 }
 
