@@ -40,8 +40,8 @@ class RoundedStick {
   RoundedStick(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& axis,
                const std::vector<std::size_t>& steps, double level)
       : run_(data, ranges), error_(run_.error(axis)) {
-    constexpr std::size_t kMostRests = 300;
-    const std::size_t rests = std::min(steps.size() - 1, kMostRests);
+    constexpr std::size_t kMaxRests = 300;
+    const std::size_t rests = std::min(steps.size() - 1, kMaxRests);
     answers_.resize(error_.size(), static_cast<Eigen::Index>(rests));
     AxisData moved = data;
     for (std::size_t k = 0; k < rests; ++k) {
