@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <iterator>
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "firmware/companion/command_line.h"
@@ -65,7 +63,7 @@ class Evening {
         continue;
       }
       if (step.on_board && folder_.was_taken(step.name, step.makes)) {
-        put_aside(step);  // it was flown with files that have changed since
+        folder_.put_aside(step.name, step.makes);  // it was flown with files that have changed since
       }
       if (step.on_board && !all_there(step) && !fetched(step)) {
         return;
@@ -108,20 +106,9 @@ class Evening {
     return true;
   }
 
-  /// The command that sends poses from this machine to the board; empty: none.
-  Command bridge() const {
-    const evening::Settings& settings = folder_.settings();
-    std::istringstream words(settings.bridge);
-    Command out{std::istream_iterator<std::string>(words), {}};
-    if (!out.empty()) {
-      out.insert(out.begin(), {"m100-lab", "bridge", "--mavlink-key", fs::absolute(settings.pose.key_file).string()});
-    }
-    return out;
-  }
-
   int run_on_board(const Step& step) const {
     std::unique_ptr<evening::SideProgram> beside;
-    if (Command command = bridge(); !command.empty()) {
+    if (Command command = evening::bridge_command(folder_.settings()); !command.empty()) {
       command.front() = fs::read_symlink("/proc/self/exe").string();
       beside = std::make_unique<evening::SideProgram>(command, folder_.path(), "bridge.txt");
     }
@@ -133,8 +120,8 @@ class Evening {
     const std::string command = evening::typed(step.commands.front());
     std::cout << "next: " << step.name << ". " << step.sentence << "\n"
               << "on the board, in a copy of " << fs::canonical(folder_.path()).string() << ":\n  " << command << "\n";
-    if (!bridge().empty()) {
-      std::cout << "beside it, on this machine, until it has ended:\n  " << evening::typed(bridge()) << "\n";
+    if (const Command bridge = evening::bridge_command(folder_.settings()); !bridge.empty()) {
+      std::cout << "beside it, on this machine, until it has ended:\n  " << evening::typed(bridge) << "\n";
     }
     std::cout << "then copy";
     for (const std::string& name : step.makes) {
@@ -240,7 +227,7 @@ class Evening {
       return;
     }
     if (step.on_board) {
-      put_aside(step);
+      folder_.put_aside(step.name, step.makes);
       std::cout << "this step must be done again; its files are now in " << folder_.file("not_passed") << "\n";
     }
     reject(step, why);
@@ -255,21 +242,6 @@ class Evening {
                   {"argv", step.commands.front()},
                   {"not_passed", why}});
     throw companion::AnswerIsNo();
-  }
-
-  /// Moves the step's files to not_passed, because a log is never overwritten.
-  void put_aside(const Step& step) {
-    folder_.forget(step.makes);
-    for (int number = 1; number < 1000; ++number) {
-      const fs::path aside = fs::path(folder_.file("not_passed")) / (step.name + "." + std::to_string(number));
-      if (!fs::exists(aside)) {
-        fs::create_directories(aside);
-        for (const std::string& name : step.makes) {
-          fs::rename(folder_.file(name), aside / name);
-        }
-        return;
-      }
-    }
   }
 
   void report_changes() {
@@ -336,18 +308,6 @@ void take_given(const companion::Subcommand& command, const evening::Settings& f
   take("--bridge", from.bridge, to.bridge);
 }
 
-/// The board's commands are printed from these options, and must not be refused there.
-void check_ports(const evening::Settings& settings) {
-  const std::string conflict = settings.port == settings.pose.port
-                                   ? "--pose-port: " + settings.pose.port + " is the autopilot's port, too"
-                               : !settings.bridge.empty() && settings.pose.key_file.empty()
-                                   ? "--bridge: its poses are signed, and need --mavlink-key"
-                                   : companion::conflict_of(settings.pose);
-  if (!conflict.empty()) {
-    throw InputError("evening", 0, "", conflict);
-  }
-}
-
 void run(const companion::Subcommand& command, const EveningOptions& options) {
   const bool is_new = !fs::exists(fs::path(options.folder) / "evening.json");
   if (is_new && options.list) {
@@ -363,7 +323,7 @@ void run(const companion::Subcommand& command, const EveningOptions& options) {
                      "board names them");
   }
   if (is_new) {
-    check_ports(options.settings);
+    evening::check_ports(options.settings);
   }
   if (options.list) {
     const bool is_busy = evening::FolderLock::is_held(options.folder);
@@ -379,7 +339,7 @@ void run(const companion::Subcommand& command, const EveningOptions& options) {
   const evening::FolderLock lock(evening::made(options.folder));
   Folder folder(options.folder);
   take_given(command, options.settings, folder.settings());
-  check_ports(folder.settings());
+  evening::check_ports(folder.settings());
   const auto not_kept = [&](const auto& number) { return number.first.starts_with("kept.") && number.second == 0.0; };
   if (folder.settings().keep_worse && std::ranges::any_of(folder.numbers(), not_kept)) {
     folder.again("gains_again");

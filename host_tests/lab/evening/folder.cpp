@@ -5,7 +5,9 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <span>
+#include <sstream>
 
 #include "firmware/core/sha256.h"
 #include "host_tests/lab/aliases.h"
@@ -60,6 +62,27 @@ Settings settings_of(const Json& json) {
 }
 
 }  // namespace
+
+void check_ports(const Settings& settings) {
+  const std::string conflict = settings.port == settings.pose.port
+                                   ? "--pose-port: " + settings.pose.port + " is the autopilot's port, too"
+                               : !settings.bridge.empty() && settings.pose.key_file.empty()
+                                   ? "--bridge: its poses are signed, and need --mavlink-key"
+                                   : companion::conflict_of(settings.pose);
+  if (!conflict.empty()) {
+    throw InputError("evening", 0, "", conflict);
+  }
+}
+
+std::vector<std::string> bridge_command(const Settings& settings) {
+  std::istringstream words(settings.bridge);
+  std::vector<std::string> out{std::istream_iterator<std::string>(words), {}};
+  if (!out.empty()) {
+    const std::string key = std::filesystem::absolute(settings.pose.key_file).string();
+    out.insert(out.begin(), {"m100-lab", "bridge", "--mavlink-key", key});
+  }
+  return out;
+}
 
 std::string sha256_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -155,8 +178,15 @@ bool Folder::was_taken(const std::string& step, const std::vector<std::string>& 
   });
 }
 
-void Folder::forget(const std::vector<std::string>& makes) {
+void Folder::put_aside(const std::string& step, const std::vector<std::string>& makes) {
+  int number = 1;
+  const auto aside = [&] { return std::filesystem::path(file("not_passed")) / (step + "." + std::to_string(number)); };
+  while (std::filesystem::exists(aside())) {
+    ++number;
+  }
+  std::filesystem::create_directories(aside());
   for (const std::string& name : makes) {
+    std::filesystem::rename(file(name), aside() / name);
     files_.erase(name);
   }
 }

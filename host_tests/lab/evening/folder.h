@@ -25,6 +25,11 @@ struct Settings {
   bool keep_worse = false;    ///< takes the corrected law even if it is worse as flown
 };
 
+/// The board's commands are printed from these options, and must not be refused there. Errors: InputError.
+void check_ports(const Settings& settings);
+/// @returns the command that sends poses from this machine to the board; empty: none.
+std::vector<std::string> bridge_command(const Settings& settings);
+
 /// The record of a file that a step made, or that a person put into the folder.
 struct MadeFile {
   std::string sha256;
@@ -58,8 +63,8 @@ class Folder {
   void done(const std::string& step, const std::vector<std::string>& makes, const std::vector<std::string>& reads);
   /// Whether the step made all of these files, and they are still as recorded; false also if `makes` is empty.
   bool was_taken(const std::string& step, const std::vector<std::string>& makes) const;
-  /// Removes these files from the record, so that files of these names count as new.
-  void forget(const std::vector<std::string>& makes);
+  /// Moves the step's files to not_passed, because a log is never overwritten, and removes them from the record.
+  void put_aside(const std::string& step, const std::vector<std::string>& makes);
   /// Marks the step, and every step that used one of its files, as to be done again.
   void again(const std::string& step);
   /// Checks every recorded file. A step must be done again if one of its files is missing or was made from a file that
