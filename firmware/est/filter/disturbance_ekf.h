@@ -111,7 +111,8 @@ class DisturbanceEkf {
   void recover(ResetReason reason);
   void restart();
   void update_estimate();
-  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag) const;
+  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag,
+                                 Real measured_tilt_rad) const;
   /// Corrects one axis by a pose that passed the gate.
   void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag, const PoseInnovation<S>& test);
 
@@ -135,6 +136,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
+    core::Tilt<Real> tilt{};  ///< of the newest that was used
     HeadingVote<Real> vote;
     Real yaw_rate_rad_s{0};  ///< that counts, see HeadingVote
   } attitude_;

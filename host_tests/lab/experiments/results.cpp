@@ -87,6 +87,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   plan.rate_hz = options.rate_hz;
   plan.paper_100_hz = options.paper_100_hz;
   plan.law = options.law;
+  plan = options.paper_law ? in_paper_configuration(plan) : plan;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     plan.keep_log = i == 0 && options.keep_log;
