@@ -33,8 +33,8 @@ class PaperState {
 
  private:
   static T limited(T integral_m_s) {
-    constexpr T kMost = static_cast<T>(model::paper::kIntegralLimit_m_s);
-    return core::clamp(integral_m_s, -kMost, kMost);
+    constexpr T kMax_m_s = static_cast<T>(model::paper::kIntegralLimit_m_s);
+    return core::clamp(integral_m_s, -kMax_m_s, kMax_m_s);
   }
   static est::AxisEstimate<T> state(est::AxisEstimate<T> estimate, T integral_m_s) {
     estimate.tilt_rad = estimate.measured_tilt_rad;

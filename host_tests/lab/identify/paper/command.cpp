@@ -9,6 +9,7 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
+#include "host_tests/lab/identify/paper/configuration.h"
 #include "host_tests/lab/identify/paper/paper_report.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
@@ -21,12 +22,18 @@ struct PaperOptions {
   std::string pitch_roll, height, yaw, configuration, json;
 };
 
+/// Writes the vehicle file, and prints where each of its numbers comes from, as rows of a Markdown table.
 void write_configuration(const std::string& path) {
-  companion::save_vehicle(path, model::paper_configuration(mpc::generated::kVehicle),
-                          {{"axis.roll", "paper, Table I, III-D.2, III-B.5"},
-                           {"axis.pitch", "paper, Table I, III-D.2, III-B.5"},
+  const model::Vehicle flown = model::paper_configuration(mpc::generated::kVehicle);
+  companion::save_vehicle(path, flown,
+                          {{"axis.roll", "paper, Table I, Table II, III-B.5"},
+                           {"axis.pitch", "paper, Table I, Table II, III-B.5"},
                            {"axis.yaw_rate", "paper, Table I, III-D.3, III-B.5"},
                            {"axis.climb", "paper, Table I, III-D.3, III-B.5"}});
+  for (const identify::paper::ConfigurationRow& row : identify::paper::configuration_rows(flown)) {
+    std::printf("| %s | %s | %s | %s |\n", row.what.c_str(), row.printed.c_str(), row.published.c_str(),
+                row.flown.c_str());
+  }
 }
 
 void check_files(const PaperOptions& options) {
@@ -77,8 +84,9 @@ void add_paper(companion::CommandLine& lab) {
   tilt.needs("--height");
   app.add_option("--yaw", options->yaw, "ExperimentYaw.mat: adds the yaw rate").needs("--pitch-roll");
   app.add_option("--json", options->json, "file for the table as JSON").needs("--pitch-roll");
-  app.add_option("--configuration", options->configuration,
-                 "writes the paper's configuration as a vehicle file, to be flown with --paper-100-hz");
+  app.add_option(
+      "--configuration", options->configuration,
+      "writes the axes and weights of --law paper as a vehicle file, and prints where its numbers come from");
   app.callback([options] {
     if (options->pitch_roll.empty() && options->configuration.empty()) {
       throw InputError("--pitch-roll", 0, "", "is missing: give both logs, or --configuration");
