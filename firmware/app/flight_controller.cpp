@@ -7,12 +7,6 @@
 namespace m100::app {
 namespace {
 
-/// What the observer predicts with: [design], or as in the paper the identified axes.
-model::Vehicle observed_vehicle(model::Vehicle vehicle, bool paper_law) {
-  vehicle.design = paper_law ? model::Design{} : vehicle.design;
-  return vehicle;
-}
-
 /// From the tick that sends a stick to the autopilot's use of it: half a tick; 82 bytes take 3.6 ms at 230400 baud.
 constexpr core::Duration kUplink = core::kTickPeriod / 2;
 template <typename T>
@@ -81,7 +75,7 @@ template <typename T, typename S>
       poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from,
              link::PoseProperties::inside(config.fence, config.pose_sigma_m, config.pose_offset_b_m)),
       sensors_(config.sensor_limits),
-      observer_(observed_vehicle(vehicle, config.paper_law)),
+      observer_(vehicle, config.paper_law ? est::Tilts::kIdentified : est::Tilts::kDesigned),
       fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
       law_(vehicle, tables, {.horizontal = config.law, .paper_state = config.paper_law}),

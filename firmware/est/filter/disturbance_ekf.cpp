@@ -60,9 +60,9 @@ std::string_view name(ResetReason recovery) {
 }
 
 template <typename S, typename Real>
-[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
-    : x_(AxisModel::of(vehicle, model::flown_pitch(vehicle), 1.0)),
-      y_(AxisModel::of(vehicle, model::flown_roll(vehicle), -1.0)),
+[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle, Tilts tilts)
+    : x_(AxisModel::of(vehicle, tilts == Tilts::kIdentified ? vehicle.pitch : model::flown_pitch(vehicle), 1.0)),
+      y_(AxisModel::of(vehicle, tilts == Tilts::kIdentified ? vehicle.roll : model::flown_roll(vehicle), -1.0)),
       height_(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m),
       yaw_(model::flown_noise(vehicle).attitude_sigma_rad),
       commands_(vehicle),

@@ -38,6 +38,10 @@ enum class HeadingReset : std::uint8_t {
   kNever,
 };
 
+/// The roll and pitch with which the observer predicts: those of [design], or the identified ones (paper, III-E.1: the
+/// law's model is another than the observer's). Both have the transport delays of [design].
+enum class Tilts : std::uint8_t { kDesigned, kIdentified };
+
 /// Counts since the start; health outputs for the log.
 struct EkfCounters {
   std::uint32_t poses_used = 0;
@@ -71,7 +75,7 @@ class DisturbanceEkf {
   /// (kOwnStall in serial_link.cpp).
   static constexpr int kMaxTicks = 50;
 
-  explicit DisturbanceEkf(const model::Vehicle& vehicle);
+  explicit DisturbanceEkf(const model::Vehicle& vehicle, Tilts tilts = Tilts::kDesigned);
 
   /// Call it once per controller tick, `elapsed` after the last call. It predicts as many periods of 10 ms as
   /// core::TickCount counts, 0 to kMaxTicks. While more than one period is left, no pose is used.
