@@ -51,20 +51,20 @@ void run(const PaperOptions& options) {
   if (!options.yaw.empty()) {
     identify::paper::add_yaw(report, options.yaw);
   }
-  std::printf("%-48s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
+  std::printf("%-66s %12s %12s %12s\n", "", "paper", "reproduced", "aligned");
+  const auto or_none = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json lines = Json::array();
   for (const identify::paper::ReproducedNumber& line : report.lines) {
-    std::printf("%-48s ", line.quantity.c_str());
-    if (std::isfinite(line.paper)) {
-      std::printf("%12.4g", line.paper);
-    } else {
-      std::printf("%12s", "-");
+    std::printf("%-66s", line.quantity.c_str());
+    for (const double value : {line.paper, line.reproduced, line.aligned}) {
+      std::isfinite(value) ? std::printf(" %12.4g", value) : std::printf(" %12s", "-");
     }
-    std::printf(" %12.4g %12.4g\n", line.reproduced, line.aligned);
+    std::printf("  %s\n", verdict(line).c_str());
     lines.push_back({{"quantity", line.quantity},
-                     {"paper", std::isfinite(line.paper) ? Json(line.paper) : Json()},
-                     {"reproduced", line.reproduced},
-                     {"aligned", line.aligned}});
+                     {"paper", or_none(line.paper)},
+                     {"reproduced", or_none(line.reproduced)},
+                     {"aligned", or_none(line.aligned)},
+                     {"verdict", verdict(line)}});
   }
   std::printf("the sticks are %d samples early in the authors' tables, by %s\n", report.stick_shift_samples,
               report.evidence.c_str());
@@ -77,7 +77,7 @@ void run(const PaperOptions& options) {
 
 void add_paper(companion::CommandLine& lab) {
   const companion::Subcommand app =
-      lab.add_subcommand("paper", "reproduce the paper's scale factors and climb dynamics from its own logs");
+      lab.add_subcommand("paper", "reproduce the numbers of the paper's Tables I and II from its own logs");
   auto options = std::make_shared<PaperOptions>();
   const companion::Option tilt = app.add_option("--pitch-roll", options->pitch_roll, "ExperimentPitchRoll.mat");
   app.add_option("--height", options->height, "ExperimentHeight.mat").needs("--pitch-roll");
