@@ -92,7 +92,7 @@ core::Status CommandSender<T>::send_sticks(const safety::SupervisedCommand<T>& s
   const core::Status sent = link.send(sticks, now);
   if (sent == core::Status::kOk) {
     sticks_ = sticks;
-    applied_ = cast<T>(commands_.to_command(sticks));
+    applied_ = rule_ == vrc::StickRule::kAsThePaper ? supervised.command : cast<T>(commands_.to_command(sticks));
   }
   return sent;
 }

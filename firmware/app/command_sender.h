@@ -17,7 +17,10 @@ namespace m100::app {
 template <typename T>
 class CommandSender {
  public:
-  CommandSender(const model::Vehicle& vehicle, link::Channel channel) : commands_(vehicle), channel_(channel) {}
+  /// @param rule kAsThePaper: sticks sent count as the command that was wanted, as in the authors' program.
+  CommandSender(const model::Vehicle& vehicle, link::Channel channel,
+                vrc::StickRule rule = vrc::StickRule::kCarriesRemainder)
+      : commands_(vehicle, rule), channel_(channel), rule_(rule) {}
 
   /// Once per tick, after the link received. @returns the command that the aircraft has obeyed since the last tick:
   /// ours (sticks: after rounding to counts), or the pilot's if control is not ours.
@@ -48,6 +51,7 @@ class CommandSender {
 
   vrc::CommandMap commands_;
   link::Channel channel_;
+  vrc::StickRule rule_;
   vrc::Sticks sticks_{};
   ctl::Command<T> applied_{};
 };

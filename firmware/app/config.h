@@ -24,6 +24,10 @@ struct FlightConfig {
   double reach_m = 1e9;
   mpc::Law law = mpc::Law::kMpc;  ///< of the horizontal axes
   bool plans_setpoints = true;    ///< set points are flown as motions of ctl::SetpointPlanner, not as jumps
+  /// The law of the paper's authors (model::paper_configuration, model/PAPER.md): it flies [design] on the measured
+  /// tilt and an integral (ctl::PaperState), the observer the identified axes; vrc::StickRule::kAsThePaper; no planner,
+  /// no learned trims.
+  bool paper_law = false;
   /// True: the horizontal quadratic programs are solved only in ticks that can send a command, at 25 Hz one in four.
   /// Between them the last command is held. For slow processors.
   bool solves_when_due = false;

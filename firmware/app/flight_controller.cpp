@@ -75,16 +75,17 @@ template <typename T, typename S>
       poses_(pose, config.pose_baud, recorder_.pose_tap(), config.pose_from,
              link::PoseProperties::inside(config.fence, config.pose_sigma_m, config.pose_offset_b_m)),
       sensors_(config.sensor_limits),
-      observer_(vehicle),
+      observer_(vehicle, config.paper_law ? est::Tilts::kIdentified : est::Tilts::kDesigned),
       fault_isolation_(config.disabled_checks),
       trajectory_(trajectory),
-      law_(vehicle, tables, {.horizontal = config.law}),
+      law_(vehicle, tables, {.horizontal = config.law, .paper_state = config.paper_law}),
       design_(vehicle, config.link.channel.channel == link::Channel::kVirtualRc),
       geofence_(config.fence, ctl::braking_of(vehicle, static_cast<double>(law_.slope_limit()))),
       excitation_(config.excitation),
       monitors_(vehicle, geofence_.braking(), config.attitude_age + kUplink, config.responds_to_limit_cycles),
       supervisor_(config.limits, config.envelope),
-      sender_(vehicle, config.link.channel.channel),
+      sender_(vehicle, config.link.channel.channel,
+              config.paper_law ? vrc::StickRule::kAsThePaper : vrc::StickRule::kCarriesRemainder),
       config_(config) {}
 
 template <typename T, typename S>
@@ -100,7 +101,8 @@ typename FlightController<T, S>::Sensed FlightController<T, S>::sense(core::Time
   timer_.update(now);
   orders_.update(is_in_reach(), supervisor_.failsafe_state(), link_, now);  // -> requests for control
   const protocol::Telemetry& telemetry = link_.receive(now);                // bytes -> frames -> telemetry
-  const ctl::Command<T> acting = design_.expected(sender_.update(link_.authority().in_control, telemetry));
+  const ctl::Command<T>& sent = sender_.update(link_.authority().in_control, telemetry);
+  const ctl::Command<T> acting = config_.paper_law ? sent : design_.expected(sent);
   return {telemetry, acting, adapt(telemetry, now)};  // -> our units and frames, once
 }
 
@@ -123,7 +125,8 @@ typename FlightController<T, S>::Wanted FlightController<T, S>::command(const ct
   trajectory_.fill(reference_, now, law_.lead(), points);  // -> reference
   plan(now, points);
   hold_fence(now, points);  // inside, and where one can stop
-  return {excite(design_.to_send(law_.update(estimate_, reference_, acting, timer_.elapsed(), solves)), now), leaves};
+  const ctl::Command<T> told = config_.paper_law ? design_.expected(acting) : acting;
+  return {excite(design_.to_send(law_.update(estimate_, reference_, told, timer_.elapsed(), solves)), now), leaves};
 }
 
 template <typename T, typename S>
@@ -185,6 +188,9 @@ bool FlightController<T, S>::holds() const {
 
 template <typename T, typename S>
 void FlightController<T, S>::apply_learned_trims() {
+  if (config_.paper_law) {
+    return;
+  }
   const T share = monitors_.trim().learned_share();
   sender_.set_learned_trims(monitors_.trim().learned());
   observer_.reduce_input_offset(share);
@@ -251,7 +257,9 @@ ctl::Command<T> FlightController<T, S>::brake_and_hold() const {
 
 template <typename T, typename S>
 void FlightController<T, S>::plan(core::TimePoint now, std::size_t points) {
-  if (config_.plans_setpoints && flies() && !excitation_.moves()) {
+  if (config_.paper_law) {
+    ctl::remove_accelerations(reference_);
+  } else if (config_.plans_setpoints && flies() && !excitation_.moves()) {
     law_.plan(reference_, estimate_, geofence_, now, points);
   }
 }

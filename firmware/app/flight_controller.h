@@ -96,7 +96,7 @@ class FlightController {
   /// What a tick begins with.
   struct Sensed {
     const protocol::Telemetry& telemetry;
-    ctl::Command<T> acting;  ///< the command that the autopilot obeys now
+    ctl::Command<T> acting;  ///< the command that the autopilot obeys now, in the observer's scale
     est::Measurement<T> measured;
   };
   /// What the law and the excitation want.

@@ -28,6 +28,7 @@ struct AxisEstimate {
   T filter_variance_m2{0};      ///< of the position, without CovarianceInflation
   T position_velocity_m2_s{0};  ///< covariance of position and velocity
   T velocity_variance_m2_s2{0};
+  T measured_tilt_rad{0};  ///< the newest attitude that was used, without the model
 };
 
 /// The last pose that the gate refused, for messages and the log.

@@ -61,13 +61,33 @@ inline constexpr double kAltitudeKi = 6.190;
 inline constexpr double kAltitudeKd = 0.156;
 inline constexpr double kAltitudeIntegralLimit = 0.2;
 
-// III-E.1 and IV; the input weight is that of its authors' code.
+// III-E.1 and IV.
 inline constexpr int kHorizon = 20;
-inline constexpr double kInputWeight = 35.0;
 inline constexpr double kMass_kg = 3.3;
 inline constexpr double kPayload_kg = 0.92;
 inline constexpr double kFanWindLow_m_s = 11.0;
 inline constexpr double kFanWindHigh_m_s = 11.5;
+
+// The paper prints neither weights nor limits. Its authors published them for this aircraft half a year later, with the
+// paper's time constants and gains: ethz-asl/mav_control_rw, "tests for DJI M100", January 2017,
+// mav_linear_mpc/resources/linear_mpc_flourish.yaml. Inputs there are tilts before the static gain of the model.
+inline constexpr double kPositionWeight = 28.0;
+inline constexpr double kVelocityWeight = 0.001;
+inline constexpr double kTiltWeight = 64.0;
+inline constexpr double kRollInputWeight = 143.28;
+inline constexpr double kPitchInputWeight = 145.27;
+inline constexpr double kInputRateWeight = 0.15;
+inline constexpr double kInputLimit_rad = 0.3234;  ///< 18.53 degrees
+inline constexpr double kYawGain_per_s = 1.9;
+inline constexpr double kIntegralGain_per_s3 = 0.2;  ///< Ki_xy: acceleration per integral of the position's error
+inline constexpr double kIntegralLimit_m_s = 2.0;    ///< position_error_integration_limit
+inline constexpr double kIntegralBall_m = 0.4;       ///< antiwindup_ball
+inline constexpr double kDrag_per_s = 0.08;
+// The height PID of the same file, which does not fly: III-E.2 prints another.
+inline constexpr double kAltitudeKpLater = 1.7114;
+inline constexpr double kAltitudeKiLater = 6.1906;
+inline constexpr double kAltitudeKdLater = 0.7363;
+inline constexpr double kAltitudeIntegralLimitLater = 0.12;
 
 /// One column of the results table ("Control performance summary"): root mean squares from from_s to to_s; a negative
 /// number stands for a cell the paper leaves empty.

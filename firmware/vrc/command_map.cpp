@@ -40,9 +40,10 @@ StickMap checked(StickMap map, float fallback_scale) {
 
 }  // namespace
 
-CommandMap::CommandMap(const model::Vehicle& vehicle)
+CommandMap::CommandMap(const model::Vehicle& vehicle, StickRule rule)
     : maps_{checked(map_of(vehicle.roll), 8.65e-4F), checked(map_of(vehicle.pitch), 8.44e-4F),
-            checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)} {
+            checked(map_of(vehicle.climb), 2.65e-3F), checked(map_of(vehicle.yaw_rate, -1.F), 2.24e-3F)},
+      rule_(rule) {
   for (const StickMap& map : maps_) {
     M100_ASSERT(is_usable(map));
   }
@@ -51,6 +52,9 @@ CommandMap::CommandMap(const model::Vehicle& vehicle)
 
 Stick CommandMap::modulated(StickIndex index, float command_si) {
   const StickMap& map = maps_[index];
+  if (rule_ == StickRule::kAsThePaper) {
+    return map.to_stick(command_si).value();
+  }
   const float wanted_si = command_si + remainder_[index];
   const auto error = [&](Stick stick) {
     const float e = wanted_si - map.to_command(stick);

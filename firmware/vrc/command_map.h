@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "firmware/core/assert.h"
 #include "firmware/core/expected.h"
@@ -12,16 +13,22 @@
 
 namespace m100::vrc {
 
+/// What a stick does with the part of a command that it cannot represent.
+enum class StickRule : std::uint8_t {
+  kCarriesRemainder,  ///< adds it to the next command
+  kAsThePaper,        ///< drops it; a stick inside the dead zone goes to the zone's edge (paper, III-B.5)
+};
+
 /// SI command <-> the four sticks of one vehicle. Only here do the law's commands become counts.
 ///
 /// A stick cannot represent every command (dead zone with a jump, whole counts). The part that it does not represent is
 /// added to the next command of that stick (error feedback), so that the mean over a few messages is the command. The
-/// remainder is at most the dead zone's half width plus one count.
+/// remainder is at most the dead zone's half width plus one count; StickRule::kAsThePaper has none.
 class CommandMap {
  public:
   /// Precondition (asserted): finite trims, dead zones of at least zero, stick exponents and gain asymmetries above
   /// zero.
-  explicit CommandMap(const model::Vehicle& vehicle);
+  explicit CommandMap(const model::Vehicle& vehicle, StickRule rule = StickRule::kCarriesRemainder);
 
   /// The sticks for a command. Call it once per stick message that leaves.
   /// kOutOfRange: a number is not finite; nothing is changed then.
@@ -55,6 +62,7 @@ class CommandMap {
   std::array<StickMap, kSticks> maps_;
   std::array<float, 2> trims_vrc_{};  ///< neutrals of roll and pitch by the vehicle file
   std::array<float, kSticks> remainder_{};
+  StickRule rule_;
 };
 
 }  // namespace m100::vrc

@@ -45,7 +45,7 @@ inline double number(const std::string& option, const std::string& text) {
   return std::strtod(text.c_str(), nullptr);
 }
 
-/// The word of --law for model::paper_configuration(): the MPC, with 100 commands a second unless --rate is given.
+/// The word of --law for experiments::in_paper_configuration().
 inline constexpr const char* kPaperLaw = "paper";
 
 /// The horizontal law that --law names; "paper" names the MPC. @throws InputError: there is no such law.

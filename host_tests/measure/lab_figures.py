@@ -66,10 +66,10 @@ def papers_numbers(workspace):
     """The paper's scales and climb dynamics from its files: with its authors' method, and with aligned sticks."""
     _, answer = asked(workspace, "paper", "--pitch-roll", workspace.measured_log("ExperimentPitchRoll.mat"),
                       "--height", workspace.measured_log("ExperimentHeight.mat"), "--yaw", workspace.measured_log("ExperimentYaw.mat"))
-    rows = [["quantity", "paper", "reproduced", "aligned by the message counters"]]
+    rows = [["quantity", "paper", "reproduced", "aligned by the message counters", "verdict"]]
     for line in answer["lines"]:
         numbers = [line[column] for column in ("paper", "reproduced", "aligned")]
-        rows.append([line["quantity"]] + ["" if number is None else f"{number:.4g}" for number in numbers])
+        rows.append([line["quantity"]] + ["" if number is None else f"{number:.4g}" for number in numbers] + [line["verdict"]])
     return {"identify.paper": table(*rows)}
 
 

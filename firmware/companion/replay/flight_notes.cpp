@@ -12,6 +12,8 @@
 namespace m100::companion {
 namespace {
 
+constexpr const char* kPaperLaw = "paper";  // the word of app::FlightConfig::paper_law
+
 [[noreturn]] void refuse_link_note() { throw FlightLogError(std::string("'") + kLinkNote + "' is of another version"); }
 
 /// Reads an entry of the link note that is there only if chosen: a law, a sender of poses or its sigma, or a disabled
@@ -23,6 +25,8 @@ void read_choice(const std::string& key, const std::string& word, app::FlightCon
     config.pose_from = sender_of(word, kLinkNote);
   } else if (key == "pose_sigma_m" && is_plain_number(word)) {
     config.pose_sigma_m = std::stod(word);
+  } else if (key == "law" && word == kPaperLaw) {
+    config.paper_law = true;
   } else if (law) {
     config.law = *law;
   } else if (off) {
@@ -89,6 +93,9 @@ std::string link_note(const app::FlightConfig& config) {
   text.precision(17);
   text << "app_id " << config.link.app_id << " rate_hz " << config.link.channel.rate_hz << " pose_baud "
        << config.pose_baud << " encrypted " << (config.link.encrypt_commands ? 1 : 0) << " baud " << config.link.baud;
+  if (config.paper_law) {
+    text << " law " << kPaperLaw;
+  }
   if (config.law != mpc::Law::kMpc) {
     text << " law " << mpc::name(config.law);
   }

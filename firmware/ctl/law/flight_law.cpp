@@ -58,7 +58,8 @@ template <typename T>
       height_(altitude_gains(vehicle)),
       yaw_(vehicle.yaw),
       combined_tangent_(core::tan(static_cast<T>(options.combined_tilt_limit_rad))),
-      planner_(braking_of(vehicle, static_cast<double>(slope_limit())), tables, combined_tangent_) {
+      planner_(braking_of(vehicle, static_cast<double>(slope_limit())), tables, combined_tangent_),
+      takes_paper_state_(options.paper_state) {
   M100_ASSERT(options.combined_tilt_limit_rad > 0.0 && options.combined_tilt_limit_rad < 0.5 * core::kPi);
   const model::StickAxis& climb = vehicle.climb;
   climb_lag_s_ =
@@ -122,10 +123,15 @@ T FlightLaw<T>::solve(Axis& axis, const est::AxisEstimate<T>& estimate, const Re
 template <typename T>
 core::Slope<T> FlightLaw<T>::slopes(const est::Estimate<T>& estimate, const ref::Window<T>& reference,
                                     const core::Slope<T>& applied_command, T step_s) {
-  T slope_x = solve(x_, estimate.x, reference.x, reference.constant, T(0), applied_command.x);
+  if (takes_paper_state_) {
+    paper_state_.update(estimate, reference, step_s);
+  }
+  const est::AxisEstimate<T>& state_x = takes_paper_state_ ? paper_state_.x() : estimate.x;
+  const est::AxisEstimate<T>& state_y = takes_paper_state_ ? paper_state_.y() : estimate.y;
+  T slope_x = solve(x_, state_x, reference.x, reference.constant, T(0), applied_command.x);
   const T gap_s =
       y_.predictor.lead() == x_.predictor.lead() ? T(0) : core::seconds<T>(y_.predictor.lead() - x_.predictor.lead());
-  T slope_y = solve(y_, estimate.y, reference.y, reference.constant, gap_s, applied_command.y);
+  T slope_y = solve(y_, state_y, reference.y, reference.constant, gap_s, applied_command.y);
   report_ = {.path_x = x_.path, .path_y = y_.path, .changes = x_.changes + y_.changes, .fallback = fallback()};
   if (fallback()) {
     slope_x = x_.fallback.slope(estimate.x, reference.x[0], x_.mpc.table(), fallback_per_s_, step_s);
@@ -192,6 +198,7 @@ void FlightLaw<T>::reset() {
   fallback_per_s_ = T(0);
   height_.reset();
   planner_.reset();
+  paper_state_.reset();
 }
 
 template class FlightLaw<float>;

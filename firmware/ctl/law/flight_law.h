@@ -9,6 +9,7 @@
 #include "firmware/ctl/command.h"
 #include "firmware/ctl/law/altitude_pid.h"
 #include "firmware/ctl/law/fallback_law.h"
+#include "firmware/ctl/law/paper_state.h"
 #include "firmware/ctl/law/setpoint_planner.h"
 #include "firmware/ctl/law/yaw_p.h"
 #include "firmware/est/estimate.h"
@@ -25,6 +26,7 @@ struct FlightLawOptions {
   double combined_tilt_limit_rad = 0.5235987755982988;  // 30 deg
   /// Law of the horizontal axes; the baseline (kLqr) differs from the MPC only in the optimisation.
   mpc::Law horizontal = mpc::Law::kMpc;
+  bool paper_state = false;  ///< the horizontal state is PaperState's instead of the observer's
 };
 
 /// The inverse of an attitude loop up to the second derivative: u = t + first t' + second t'' makes it follow t.
@@ -123,6 +125,8 @@ class FlightLaw {
   mpc::Problem<T> problem_;
   mpc::Solution<T> solution_;
   LawReport report_;
+  bool takes_paper_state_;
+  PaperState<T> paper_state_;
 };
 
 }  // namespace m100::ctl

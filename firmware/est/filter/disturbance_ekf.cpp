@@ -60,9 +60,9 @@ std::string_view name(ResetReason recovery) {
 }
 
 template <typename S, typename Real>
-[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle)
-    : x_(AxisModel::of(vehicle, model::flown_pitch(vehicle), 1.0)),
-      y_(AxisModel::of(vehicle, model::flown_roll(vehicle), -1.0)),
+[[gnu::cold]] DisturbanceEkf<S, Real>::DisturbanceEkf(const model::Vehicle& vehicle, Tilts tilts)
+    : x_(AxisModel::of(vehicle, tilts == Tilts::kIdentified ? vehicle.pitch : model::flown_pitch(vehicle), 1.0)),
+      y_(AxisModel::of(vehicle, tilts == Tilts::kIdentified ? vehicle.roll : model::flown_roll(vehicle), -1.0)),
       height_(vehicle.climb, model::flown_noise(vehicle).pose_position_sigma_m),
       yaw_(model::flown_noise(vehicle).attitude_sigma_rad),
       commands_(vehicle),
@@ -147,6 +147,7 @@ void DisturbanceEkf<S, Real>::fuse_attitude(const typename Measurement<Real>::At
     attitude_.refused_in_a_row = 0;
     attitude_.is_refused = false;
     attitude_.age = attitude.age;
+    attitude_.tilt = tilt;
     return;
   }
   ++counters_.attitudes_refused;
@@ -334,8 +335,8 @@ template <typename S, typename Real>
 }
 
 template <typename S, typename Real>
-AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
-                                                        const CovarianceInflation<Real>& lag) const {
+AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f, const CovarianceInflation<Real>& lag,
+                                                        Real measured_tilt_rad) const {
   using Filter = AxisFilter<S>;
   const auto state = [&f](typename Filter::StateIndex i) { return static_cast<Real>(f.state(i)); };
   const auto covariance = [&f](int row, int col) { return static_cast<Real>(f.covariance(row, col)); };
@@ -355,14 +356,15 @@ AxisEstimate<Real> DisturbanceEkf<S, Real>::estimate_of(const AxisFilter<S>& f,
           .position_variance_m2 = inflated.pp_m2 + way_m * way_m,
           .filter_variance_m2 = own_m2 + way_m * way_m,
           .position_velocity_m2_s = inflated.pv_m2_s,
-          .velocity_variance_m2_s2 = inflated.vv_m2_s2 + speed_change_m_s * speed_change_m_s};
+          .velocity_variance_m2_s2 = inflated.vv_m2_s2 + speed_change_m_s * speed_change_m_s,
+          .measured_tilt_rad = measured_tilt_rad};
 }
 
 template <typename S, typename Real>
 void DisturbanceEkf<S, Real>::update_estimate() {
   Estimate<Real>& e = estimate_;
-  e.x = estimate_of(x_, inflation_x_);
-  e.y = estimate_of(y_, inflation_y_);
+  e.x = estimate_of(x_, inflation_x_, attitude_.tilt.x_rad);
+  e.y = estimate_of(y_, inflation_y_, attitude_.tilt.y_rad);
   e.height_m = static_cast<Real>(height_.state(HeightFilter<S>::kZ));
   e.climb_m_s = static_cast<Real>(height_.state(HeightFilter<S>::kClimb));
   e.climb_offset_m_s = static_cast<Real>(height_.state(HeightFilter<S>::kOffset));

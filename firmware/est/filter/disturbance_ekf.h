@@ -38,6 +38,10 @@ enum class HeadingReset : std::uint8_t {
   kNever,
 };
 
+/// The roll and pitch with which the observer predicts: those of [design], or the identified ones (paper, III-E.1: the
+/// law's model is another than the observer's). Both have the transport delays of [design].
+enum class Tilts : std::uint8_t { kDesigned, kIdentified };
+
 /// Counts since the start; health outputs for the log.
 struct EkfCounters {
   std::uint32_t poses_used = 0;
@@ -71,7 +75,7 @@ class DisturbanceEkf {
   /// (kOwnStall in serial_link.cpp).
   static constexpr int kMaxTicks = 50;
 
-  explicit DisturbanceEkf(const model::Vehicle& vehicle);
+  explicit DisturbanceEkf(const model::Vehicle& vehicle, Tilts tilts = Tilts::kDesigned);
 
   /// Call it once per controller tick, `elapsed` after the last call. It predicts as many periods of 10 ms as
   /// core::TickCount counts, 0 to kMaxTicks. While more than one period is left, no pose is used.
@@ -111,7 +115,8 @@ class DisturbanceEkf {
   void recover(ResetReason reason);
   void restart();
   void update_estimate();
-  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag) const;
+  AxisEstimate<Real> estimate_of(const AxisFilter<S>& filter, const CovarianceInflation<Real>& lag,
+                                 Real measured_tilt_rad) const;
   /// Corrects one axis by a pose that passed the gate.
   void correct(AxisFilter<S>& filter, CovarianceInflation<Real>& lag, const PoseInnovation<S>& test);
 
@@ -135,6 +140,7 @@ class DisturbanceEkf {
     std::uint32_t refused_in_a_row = 0;
     core::Duration age{0};  ///< of the newest that was used
     core::Euler<Real> angles{};
+    core::Tilt<Real> tilt{};  ///< of the newest that was used
     HeadingVote<Real> vote;
     Real yaw_rate_rad_s{0};  ///< that counts, see HeadingVote
   } attitude_;

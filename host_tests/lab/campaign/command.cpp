@@ -12,7 +12,6 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/recorded_flight.h"
 #include "firmware/companion/mode_option.h"
-#include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/campaign/campaign.h"
@@ -99,10 +98,7 @@ Campaign campaign_of(const Options& options) {
   out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
   out.settings.rate_hz = options.rate_hz;
   out.settings.law = law_of(options.law);
-  if (options.law == kPaperLaw) {
-    out.settings.vehicle = companion::as_file(model::paper_configuration(out.settings.vehicle.vehicle));
-    out.settings.paper_100_hz = options.rate_hz == 0.0;
-  }
+  out.settings.paper_law = options.law == kPaperLaw;
   out.settings.body = options.body;
   if (!link::command_period({.channel = out.settings.channel, .rate_hz = options.rate_hz})) {
     throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
@@ -236,8 +232,7 @@ void add_campaign(companion::CommandLine& lab) {
   command.add_option("--tasks", options->tasks, "tasks to fly, separated by commas");
   command
       .add_option("--law", options->law,
-                  "control law; lqr: the clipped baseline; paper: the paper's models and PID with the weights of its "
-                  "authors' Firefly")
+                  "control law; lqr: the clipped baseline; paper: the law and configuration of the paper's authors")
       .one_of({"mpc", "lqr", "paper"});
   companion::add_mode_option(command, options->mode, "tuning");
   command.add_option("--channel", options->channel, "how commands reach the autopilot")

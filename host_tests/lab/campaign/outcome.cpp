@@ -27,11 +27,10 @@ FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed
   plan.seed = seed;
   plan.channel = settings.channel;
   plan.rate_hz = settings.rate_hz;
-  plan.paper_100_hz = settings.paper_100_hz;
   plan.law = settings.law;
   plan.pilot_holds_position = true;
   plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
-  return plan;
+  return settings.paper_law ? in_paper_configuration(plan) : plan;
 }
 
 std::string two_digits(double value) {

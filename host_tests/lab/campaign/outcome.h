@@ -41,8 +41,8 @@ struct Settings {
   companion::VehicleFile vehicle;
   link::Channel channel = link::Channel::kVirtualRc;
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel, its highest
-  bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
+  bool paper_law = false;  ///< flies experiments::in_paper_configuration()
   sim::BodyChoice
       body{};  ///< the aircraft of every flight but the reference flights, which the identified response flies
 };

@@ -12,7 +12,6 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/companion/mode_option.h"
-#include "firmware/model/default_vehicle.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/experiments/far.h"
@@ -64,10 +63,7 @@ experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   suite.rate_hz = options.rate_hz;
   suite.paper_100_hz = options.paper_100_hz;
   suite.law = law_of(options.law);
-  if (options.law == kPaperLaw) {
-    suite.vehicle = companion::as_file(model::paper_configuration(suite.vehicle.vehicle));
-    suite.paper_100_hz = suite.paper_100_hz || options.rate_hz == 0.0;
-  }
+  suite.paper_law = options.law == kPaperLaw;
   suite.baseline = options.baseline;
   suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
   return suite;
@@ -245,9 +241,10 @@ void add_experiments(companion::CommandLine& lab) {
   command.add_flag("--paper-100-hz", options->paper_100_hz,
                    "use the paper's command rate, which is higher than DJI allows");
   command
-      .add_option("--law", options->law,
-                  "control law; lqr: the clipped baseline; paper: the paper's models and height PID, with the "
-                  "weights of its authors' Firefly, at 100 commands a second")
+      .add_option(
+          "--law", options->law,
+          "control law; lqr: the clipped baseline; paper: the law and configuration of the paper's authors, at 100 "
+          "commands a second")
       .one_of({"mpc", "lqr", "paper"});
   companion::add_mode_option(command, options->mode, "tuning");
   command.add_flag("--baseline", options->baseline,

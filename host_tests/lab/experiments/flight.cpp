@@ -35,6 +35,7 @@ app::FlightConfig config_of(const FlightPlan& plan, const ref::Waypoint<double>&
   config.excitation = plan.excitation;
   config.responds_to_limit_cycles = plan.responds_to_limit_cycles;
   config.plans_setpoints = plan.plans_setpoints;
+  config.paper_law = plan.paper_law;
   config.solves_when_due = plan.solves_when_due;
   config.link.baud = static_cast<std::uint32_t>(plan.plant.link.baud);
   if (plan.flight_file) {
@@ -292,8 +293,9 @@ class Flight {
 FlightPlan in_paper_configuration(FlightPlan plan) {
   plan.vehicle = companion::as_file(model::paper_configuration(plan.vehicle.vehicle));
   plan.law = mpc::Law::kMpc;
-  plan.rate_hz = 0.0;
-  plan.paper_100_hz = true;
+  plan.paper_law = true;
+  plan.responds_to_limit_cycles = false;
+  plan.paper_100_hz = plan.paper_100_hz || plan.rate_hz == 0.0;
   return plan;
 }
 

@@ -32,6 +32,7 @@ struct FlightPlan {
   mpc::Law law = mpc::Law::kMpc;
   bool responds_to_limit_cycles = true;  ///< as app::FlightConfig; false: the law flies on even if it oscillates
   bool plans_setpoints = true;           ///< as app::FlightConfig
+  bool paper_law = false;                ///< as app::FlightConfig
   bool solves_when_due = false;          ///< as app::FlightConfig; true: as the firmware image flies
   bool keep_log = false;                 ///< ULog bytes in the result
   /// The pilot holds the aircraft in place until control is taken, and the course begins there. Otherwise his sticks
@@ -84,7 +85,8 @@ struct FlightResult {
   double pose_age_error_s = 0.0;
 };
 
-/// `plan` in the paper's configuration: model::paper_configuration() with the MPC at 100 commands a second.
+/// `plan` with the law of the paper's authors: model::paper_configuration(), app::FlightConfig::paper_law, no reaction
+/// to a limit cycle, and 100 commands a second unless the plan has a rate.
 FlightPlan in_paper_configuration(FlightPlan plan);
 
 /// @throws sim::PhysicsError a body's physics program fails.

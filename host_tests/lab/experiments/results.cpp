@@ -87,6 +87,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   plan.rate_hz = options.rate_hz;
   plan.paper_100_hz = options.paper_100_hz;
   plan.law = options.law;
+  plan = options.paper_law ? in_paper_configuration(plan) : plan;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
     plan.keep_log = i == 0 && options.keep_log;
@@ -302,6 +303,9 @@ Json to_json(const std::vector<TaskResult>& results) {
   for (const TaskResult& result : results) {
     Json cell = json_of(result.mean, result.flown());
     cell["spread"] = json_of(result.spread, result.flown());
+    for (const auto& [name, share] : {std::pair{"low", 0.05}, std::pair{"median", 0.5}, std::pair{"high", 0.95}}) {
+      cell[name] = json_of(quantile_of(result.flights, share), result.flown());
+    }
     cell["seeds"] = result.seeds;
     cell["not_flown"] = result.refused;
     cell["largest_tilt_deg"] = result.largest_tilt_deg;

@@ -44,7 +44,8 @@ struct SuiteOptions {
   double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
-  bool baseline = false;  ///< flies each task with the clipped LQR and in the paper's configuration too
+  bool paper_law = false;  ///< flies in_paper_configuration()
+  bool baseline = false;   ///< flies each task with the clipped LQR and in the paper's configuration too
   bool literal_steps = true;
   sim::BodyJob* body = nullptr;  ///< as FlightPlan; then no fan blows, and the plant's wind only in the tasks in wind
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty

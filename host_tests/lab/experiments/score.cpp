@@ -108,6 +108,25 @@ Cell spread_of(const std::vector<Cell>& cells) {
   return spread;
 }
 
+Cell quantile_of(const std::vector<Cell>& cells, double share) {
+  Cell out;
+  for (const CellField& field : cell_fields()) {
+    std::vector<double> values;
+    for (const Cell& cell : cells) {
+      values.push_back(cell.*field.member);
+    }
+    std::sort(values.begin(), values.end());
+    const double place = share * static_cast<double>(values.empty() ? 0 : values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    if (below + 1 < values.size()) {
+      out.*field.member = std::lerp(values[below], values[below + 1], place - static_cast<double>(below));
+    } else if (!values.empty()) {
+      out.*field.member = values.back();
+    }
+  }
+  return out;
+}
+
 double time_optimal_rms_m(const std::vector<double>& steps_m, double tilt_rad, double window_s) {
   const double acceleration = model::acceleration_at_limit_m_s2(tilt_rad);
   double integral = 0.0;

@@ -32,6 +32,8 @@ bool stayed(const Trace& trace);
 /// Mean over flights, and sample standard deviation, for each field.
 Cell mean_of(const std::vector<Cell>& cells);
 Cell spread_of(const std::vector<Cell>& cells);
+/// The value below which the share of the flights lies, for each field; linear between two flights, zeros for none.
+Cell quantile_of(const std::vector<Cell>& cells, double share);
 
 /// A field of a Cell with its name in JSON and tables.
 struct CellField {

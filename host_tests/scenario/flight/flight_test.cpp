@@ -236,8 +236,9 @@ TEST(Law, FliesTheSameWhetherItsProgramsAreSolvedInEachTickOrWhereOneIsDue) {
   }
 }
 
-// Catches a configuration in which the designed height gains fly, or a command rate of 25 Hz: the paper's climb command
-// after a step of 0.3 m is 1.963 * 0.3 m/s and grows by the integral, the designed one begins above 1 m/s.
+// Catches a configuration in which the designed height gains fly, a command rate of 25 Hz, [design] in the observer, or
+// identified axes in the law: the paper's climb command after a step of 0.3 m is 1.963 * 0.3 m/s and grows by the
+// integral, the designed one begins above 1 m/s.
 TEST(Law, FliesThePapersConfiguration) {
   RecordProperty("paper", "III-E.2");
   FlightPlan plan = hover(6.0);
@@ -253,9 +254,14 @@ TEST(Law, FliesThePapersConfiguration) {
   };
   const FlightResult ours = fly(plan);
   const FlightPlan configured = in_paper_configuration(plan);
-  const model::Vehicle flown = model::controller_model(configured.vehicle.vehicle);
+  const model::Vehicle& paper = configured.vehicle.vehicle;
+  const model::Vehicle flown = model::controller_model(paper);
   EXPECT_TRUE(flown.roll.is_first_order() && flown.pitch.is_first_order()) << "not the [design] of the shipped vehicle";
-  EXPECT_EQ(flown.mpc.input, model::paper::kInputWeight);
+  EXPECT_EQ(paper.roll.natural_frequency_rad_s, model::paper::kRollSecond.natural_frequency_rad_s) << "the observer's";
+  EXPECT_FALSE(paper.roll.is_first_order());
+  EXPECT_NEAR(flown.mpc.input, 0.5 * (143.28 / (1.673 * 1.673) + 145.27 / (1.575 * 1.575)), 0.05);
+  EXPECT_EQ(flown.mpc.position, 28.0);
+  EXPECT_EQ(paper.yaw.proportional_per_s, 1.9);
   const FlightResult papers = fly(configured);
   ASSERT_TRUE(ours.flew && papers.flew);
   EXPECT_GT(climb_after_step(ours), 1.0);
@@ -264,6 +270,17 @@ TEST(Law, FliesThePapersConfiguration) {
   const auto sticks = [](const FlightResult& flight) { return flight.autopilot.virtual_rc_taken; };
   EXPECT_GT(sticks(papers), 3 * sticks(ours));
   EXPECT_LT(score(papers.trace, 1.0, 3.0).pose_m, 0.3);
+}
+
+// The log says which law flew: without its word the replay would fly ours, and differ.
+TEST(Replay, GivesAFlightOfThePapersLawAgain) {
+  FlightPlan plan = in_paper_configuration(hover(3.0));
+  plan.keep_log = true;
+  plan.course = "step 0 0 0 0 1\nstep 0.5 0.2 0.1 0.3 2\n";
+  const FlightResult flight = fly(plan);
+  ASSERT_TRUE(flight.flew);
+  const companion::RecordedFlight recorded = read_back(flight, "replay_paper_test.ulg");
+  EXPECT_EQ(companion::replay(recorded, companion::Scalar::kDouble).different_ticks, 0U);
 }
 
 // The recorded bytes at the recorded times must give the recorded flight, bit for bit.

@@ -56,6 +56,7 @@ Plant with_fan(Plant plant) {
   plant.air.wind_m_s += kSpeed_m_s * core::Vector<double, 3>(along_x, along_y, 0.0);
   plant.air.turbulence_m_s = std::hypot(plant.air.turbulence_m_s, kJetTurbulence * kSpeed_m_s);
   plant.air.yaw_rate_disturbance_rad_s *= std::hypot(1.0, kHeadingDisturbance);
+  plant.air.turn_disturbance_rad_s *= std::hypot(1.0, kHeadingDisturbance);
   return plant;
 }
 

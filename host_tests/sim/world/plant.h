@@ -32,6 +32,9 @@ struct Air : model::TranslationNumbers {
   double attitude_disturbance_rad = 0.004;
   double climb_disturbance_m_s = 0.05;
   double yaw_rate_disturbance_rad_s = 0.02;
+  /// Turn rate of the air that the heading integrates, so that only a controller's yaw stick stops it. Standard
+  /// deviation; it wanders in 0.25 s. In the world of the paper's flights it replaces yaw_rate_disturbance_rad_s.
+  double turn_disturbance_rad_s = 0.0;
 };
 
 struct Payload {

@@ -24,6 +24,7 @@ inline constexpr std::array kOwnAirKeys{
     NumberKey<Air>{"attitude_disturbance_rad", &Air::attitude_disturbance_rad, 0.0, 0.2},
     NumberKey<Air>{"climb_disturbance_m_s", &Air::climb_disturbance_m_s, 0.0, 2.0},
     NumberKey<Air>{"yaw_rate_disturbance_rad_s", &Air::yaw_rate_disturbance_rad_s, 0.0, 2.0},
+    NumberKey<Air>{"turn_disturbance_rad_s", &Air::turn_disturbance_rad_s, 0.0, 2.0},
 };
 /// These keys, and the numbers of every translation effect that the simulated world can contain.
 inline const std::vector<NumberKey<Air>>& air_keys() {

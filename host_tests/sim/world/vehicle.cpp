@@ -39,7 +39,9 @@ Vehicle::Vehicle(const Plant& plant, std::uint64_t seed, const core::Vector<doub
       climb_(plant.climb, plant.link.command_delay_s),
       roll_wander_(plant.air.attitude_disturbance_rad, kTiltWander_rad_s),
       pitch_wander_(plant.air.attitude_disturbance_rad, kTiltWander_rad_s),
-      heading_wander_(plant.air.yaw_rate_disturbance_rad_s / kHeadingWander_rad_s, kHeadingWander_rad_s),
+      heading_air_{.held = {plant.air.yaw_rate_disturbance_rad_s / kHeadingWander_rad_s, kHeadingWander_rad_s},
+                   .random = {seed, "turn"},
+                   .turn = {plant.air.turn_disturbance_rad_s, 1.0 / kHeadingWander_rad_s}},
       climb_wander_(plant.air.climb_disturbance_m_s, kClimbWander_rad_s),
       yaw_rad_(yaw_rad) {
   state_.position_w_m = position_w_m;
@@ -95,8 +97,9 @@ void Vehicle::change_when_due() {
   wind_.set_parameters(plant_.air);
   roll_wander_.set_sigma(plant_.air.attitude_disturbance_rad);
   pitch_wander_.set_sigma(plant_.air.attitude_disturbance_rad);
-  heading_wander_.set_sigma(plant_.air.yaw_rate_disturbance_rad_s / kHeadingWander_rad_s);
+  heading_air_.held.set_sigma(plant_.air.yaw_rate_disturbance_rad_s / kHeadingWander_rad_s);
   climb_wander_.set_sigma(plant_.air.climb_disturbance_m_s);
+  heading_air_.turn.set_parameters(plant_.air.turn_disturbance_rad_s, 1.0 / kHeadingWander_rad_s);
 }
 
 double Vehicle::climb_offset_m_s(double step_s) {
@@ -121,12 +124,12 @@ core::Vector<double, 3> Vehicle::integrate(double step_s) {
 
   roll_wander_.advance(step_s, random_);
   pitch_wander_.advance(step_s, random_);
-  heading_wander_.advance(step_s, random_);
+  heading_air_.held.advance(step_s, random_);
   climb_wander_.advance(step_s, random_);
   attitude_.roll_rad = roll_.output() + roll_wander_.value();
   attitude_.pitch_rad = pitch_.output() + pitch_wander_.value();
-  yaw_rad_ -= step_s * yaw_rate_.output();
-  attitude_.yaw_rad = std::remainder(yaw_rad_ + heading_wander_.value(), 2.0 * core::kPi);
+  yaw_rad_ += step_s * (heading_air_.turn.advance(step_s, heading_air_.random) - yaw_rate_.output());
+  attitude_.yaw_rad = std::remainder(yaw_rad_ + heading_air_.held.value(), 2.0 * core::kPi);
 
   const core::Vector<double, 3> wind = wind_.advance(step_s);
   const core::Vector<double, 3> air = aerodynamic_acceleration(wind);
@@ -173,7 +176,7 @@ void Vehicle::publish(const core::Vector<double, 3>& acceleration) {
   // Body rates from the rates of the z-y-x angles.
   const double roll_rate = roll_.output_rate() + roll_wander_.rate();
   const double pitch_rate = pitch_.output_rate() + pitch_wander_.rate();
-  const double yaw_rate = heading_wander_.rate() - yaw_rate_.output();
+  const double yaw_rate = heading_air_.held.rate() + heading_air_.turn.value() - yaw_rate_.output();
   const double sin_roll = std::sin(attitude_.roll_rad), cos_roll = std::cos(attitude_.roll_rad);
   const double sin_pitch = std::sin(attitude_.pitch_rad), cos_pitch = std::cos(attitude_.pitch_rad);
   state_.rate_b_rad_s = {roll_rate - sin_pitch * yaw_rate, cos_roll * pitch_rate + sin_roll * cos_pitch * yaw_rate,

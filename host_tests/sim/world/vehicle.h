@@ -51,6 +51,13 @@ class Vehicle final : public VehiclePort {
   core::Vector<double, 3> aerodynamic_acceleration(const core::Vector<double, 3>& wind) const;
   void publish(const core::Vector<double, 3>& acceleration);
 
+  /// What the air does to the heading.
+  struct HeadingAir {
+    Wander held;         ///< of a heading that the autopilot holds: it wanders and returns
+    Random random;       ///< a stream of its own, so that worlds without a turn keep their flights
+    ColouredNoise turn;  ///< Air::turn_disturbance_rad_s
+  };
+
   Plant plant_;
   Wind wind_;
   Random random_;
@@ -60,7 +67,7 @@ class Vehicle final : public VehiclePort {
   AxisMotion climb_;
   Wander roll_wander_;
   Wander pitch_wander_;
-  Wander heading_wander_;
+  HeadingAir heading_air_;
   Wander climb_wander_;
   double yaw_rad_ = 0.0;
   CarriedLoad load_;

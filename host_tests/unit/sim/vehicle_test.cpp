@@ -2,6 +2,8 @@
 #include "host_tests/sim/world/vehicle.h"
 
 #include <gtest/gtest.h>
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace m100::sim {
@@ -108,6 +110,42 @@ TEST(Vehicle, IsPushedByTheFanAsThePaperSaysAndNoMore) {
   fly(vehicle, 100);
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.norm(), 0.162, 0.005);  // m/s after 1 s, see Air::linear_drag_per_s
   EXPECT_NEAR(vehicle.state().velocity_w_m_s.y() / vehicle.state().velocity_w_m_s.x(), 0.930 / 0.175, 0.02);
+}
+
+/// Largest turn from the start in ten minutes with resting sticks, and the root mean square of the turn rate.
+std::array<double, 2> turned(const Plant& plant) {
+  Vehicle vehicle(plant, 1, Vector<double, 3>(0.0, 0.0, 5.0));
+  vehicle.command(kBalanced);
+  double farthest_rad = 0.0, squares = 0.0;
+  for (int tick = 0; tick < 60000; ++tick) {
+    fly(vehicle, 1);
+    farthest_rad = std::max(farthest_rad, std::abs(vehicle.attitude().yaw_rad));
+    squares += vehicle.state().rate_b_rad_s.z() * vehicle.state().rate_b_rad_s.z();
+  }
+  return {farthest_rad, std::sqrt(squares / 60000.0)};
+}
+
+// A held heading comes back; a turn inside the integral is a random walk of sigma sqrt(2 time 0.25 s), 0.52 rad here.
+TEST(Vehicle, IntegratesATurnOfTheAirAndHoldsAWanderingHeading) {
+  Plant held = still_plant(), integrated = still_plant();
+  held.air.yaw_rate_disturbance_rad_s = integrated.air.turn_disturbance_rad_s = 0.03;
+  const std::array<double, 2> wanders = turned(held), walks = turned(integrated);
+  EXPECT_LT(wanders[0], 0.04);
+  EXPECT_GT(walks[0], 0.2);
+  EXPECT_NEAR(wanders[1], 0.03, 0.004);
+  EXPECT_NEAR(walks[1], 0.03, 0.004);
+}
+
+// Its random numbers are a stream of their own. Catches a turn that moves the roll of a world with the same seed.
+TEST(Vehicle, RollsTheSameWithAndWithoutATurnOfTheAir) {
+  Plant turning = measured_plant();
+  turning.air.turn_disturbance_rad_s = 0.03;
+  Vehicle with(turning, 1, Vector<double, 3>(0.0, 0.0, 5.0)),
+      without(measured_plant(), 1, Vector<double, 3>(0.0, 0.0, 5.0));
+  fly(with, 100);
+  fly(without, 100);
+  EXPECT_EQ(with.attitude().roll_rad, without.attitude().roll_rad);
+  EXPECT_NE(with.attitude().yaw_rad, without.attitude().yaw_rad);
 }
 
 // On the ground the specific force is gravity's, whatever the throttle stick commands.

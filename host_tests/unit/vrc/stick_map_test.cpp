@@ -144,6 +144,31 @@ INSTANTIATE_TEST_SUITE_P(Table, StickMapBackTable,
                                            BackCase{"TheSignTurnsIt", kYaw, 801, 0.49952F}),
                          [](const auto& tested) { return tested.param.name; });
 
+// The paper's rule in counts of 1 mrad, each command twice, so that a remainder of the first would show in the second.
+// Catches a stick that rests inside the zone, an edge on the wrong side, and a zone added to a command outside of it.
+TEST(CommandMap, ByThePapersRuleGoesToTheEdgeAndCarriesNothing) {
+  RecordProperty("paper", "III-B.5");
+  model::Vehicle vehicle;
+  vehicle.roll.scale_per_count = vehicle.climb.scale_per_count = 1e-3;
+  vehicle.roll.dead_zone_counts = model::paper::kTiltDeadZone_vrc;
+  vehicle.climb.dead_zone_counts = model::paper::kClimbDeadZone_vrc;
+  vehicle.roll.dead_zone_shape = vehicle.climb.dead_zone_shape = model::DeadZoneShape::kJump;
+  CommandMap map(vehicle, StickRule::kAsThePaper);
+  struct Row {
+    float command_si;
+    int roll, throttle;
+  };
+  for (const Row row : {Row{0.F, 1024, 1024}, Row{0.002F, 1044, 1055}, Row{-0.0101F, 1004, 993},
+                        Row{0.0252F, 1049, 1055}, Row{-0.0402F, 984, 984}}) {
+    for (int again = 0; again < 2; ++again) {
+      const core::Expected<Sticks> sticks = map.to_sticks({.roll_rad = row.command_si, .climb_m_s = row.command_si});
+      ASSERT_TRUE(sticks.has_value());
+      EXPECT_EQ(static_cast<int>(sticks->roll), row.roll) << row.command_si;
+      EXPECT_EQ(static_cast<int>(sticks->throttle), row.throttle) << row.command_si;
+    }
+  }
+}
+
 // Catches an effect that the table says is inverted at the stick but the map does not invert: the law of the simulated
 // aircraft must give the command back, to the count that a stick is rounded to.
 TEST(CommandMap, InvertsEveryEffectThatTheTableSaysItInverts) {

@@ -2,7 +2,9 @@
 #include "host_tests/lab/identify/paper/paper_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "firmware/model/paper.h"
 #include "host_tests/lab/identify/paper/paper.h"
@@ -61,6 +63,26 @@ int lag_of(const Record& one) { return correlation_lag(one.stick, one.response, 
 // The authors' script prints a factor with six decimals, and the next script uses the printed value.
 double as_printed(double scale) { return std::round(scale * 1e6) / 1e6; }
 
+/// Adds the attitude dynamics of Table II, which the published flight does not give.
+void add_attitude(Report& report, const std::string& axis, const Record& raw, int shift, double scale,
+                  const std::array<double, 2>& printed_first, const model::paper::SecondOrder& printed_second) {
+  const double to_s = raw.t_s.back() - kCutOff_s;
+  const Record right = moved(raw, shift);
+  const Dynamics first = first_order(raw, as_printed(scale), kCutOff_s, to_s);
+  const Dynamics first_right = first_order(right, as_printed(scale), kCutOff_s, to_s);
+  const Dynamics second = second_order(raw, as_printed(scale), kCutOff_s, to_s);
+  const Dynamics second_right = second_order(right, as_printed(scale), kCutOff_s, to_s);
+  const auto add = [&](const char* what, double paper, double reproduced, double aligned) {
+    report.lines.push_back({axis + what, paper, reproduced, aligned, "no cut of the published flight gives it"});
+  };
+  add(", first order: time constant [s]", printed_first[0], first.time_constant_s, first_right.time_constant_s);
+  add(", first order: gain", printed_first[1], first.gain, first_right.gain);
+  add(", second order: natural frequency [rad/s]", printed_second.natural_frequency_rad_s,
+      second.natural_frequency_rad_s, second_right.natural_frequency_rad_s);
+  add(", second order: damping ratio", printed_second.damping_ratio, second.damping_ratio, second_right.damping_ratio);
+  add(", second order: gain", printed_second.gain, second.gain, second_right.gain);
+}
+
 const char* kMap = R"(time = "Experiment1.Vicon.t"
 [signals]
 stick_roll = { column = "Experiment1.RCData.channel[2]", offset = -1024 }
@@ -68,6 +90,18 @@ attitude_roll = "Experiment1.rpy[1]"
 )";
 
 }  // namespace
+
+std::string verdict(const ReproducedNumber& number) {
+  if (!std::isfinite(number.paper)) {
+    return "";
+  }
+  if (!std::isfinite(number.reproduced)) {
+    return "no data published";
+  }
+  // Half a unit of the last printed digit: three digits of a factor, three decimals of the dynamics.
+  const double half = number.paper < 0.001 ? 0.5e-6 : number.paper < 0.01 ? 0.5e-5 : 0.5e-3;
+  return std::abs(number.reproduced - number.paper) <= half ? "reproduced" : "different: " + number.why;
+}
 
 Report reproduce(const std::string& pitch_roll_file, const std::string& height_file) {
   Report report;
@@ -111,6 +145,16 @@ Report reproduce(const std::string& pitch_roll_file, const std::string& height_f
   add("climb, second order: damping ratio", model::paper::kClimbSecond.damping_ratio, second.damping_ratio,
       second_right.damping_ratio);
   add("climb, second order: gain", model::paper::kClimbSecond.gain, second.gain, second_right.gain);
+  add_attitude(report, "roll", roll, shift, scale_of(roll, kAttitudeTo_s, roll_lag),
+               {model::paper::kRollFirst.time_constant_s, model::paper::kRollFirst.gain}, model::paper::kRollSecond);
+  add_attitude(report, "pitch", pitch, shift, scale_of(pitch, kAttitudeTo_s, roll_lag),
+               {model::paper::kPitchTimeConstantTable2_s, model::paper::kPitchFirst.gain}, model::paper::kPitchSecond);
+  for (const auto& [axis, factors] : {std::pair{"roll [rad/count]", model::paper::kScaleRoll_rad_per_count},
+                                      {"pitch [rad/count]", model::paper::kScalePitch_rad_per_count},
+                                      {"yaw rate [rad/s/count]", model::paper::kScaleYawRate_rad_s_per_count},
+                                      {"climb [m/s/count]", model::paper::kScaleClimb_m_s_per_count}}) {
+    report.lines.push_back({"simulator's scale " + std::string(axis), factors.simulator, std::nan(""), std::nan("")});
+  }
   return report;
 }
 
@@ -143,13 +187,30 @@ void add_yaw(Report& report, const std::string& yaw_file) {
   const Dynamics from_imu = fit(imu, scale);
   const Dynamics from_aligned = fit(right, scale_right);
   add("scale yaw rate [rad/s/count]", model::paper::kScaleYawRate_rad_s_per_count.experiment, scale, scale_right);
+  report.lines.back().why = "equation (1) gives another factor on the published flight";
   add("yaw rate, equation: time constant [s]", model::paper::kYawRateFirst.time_constant_s,
       from_odometry.time_constant_s, from_aligned.time_constant_s);
   add("yaw rate, equation: gain", model::paper::kYawRateFirst.gain, from_odometry.gain, from_aligned.gain);
   add("yaw rate, Table II (IMU stream, 3 rows early): time constant [s]",
       model::paper::kYawRateFirstTable2.time_constant_s, from_imu.time_constant_s, from_aligned.time_constant_s);
+  report.lines.back().why = "by a hundredth: its cut is not known";
   add("yaw rate, Table II (IMU stream, 3 rows early): gain", model::paper::kYawRateFirstTable2.gain, from_imu.gain,
       from_aligned.gain);
+  const auto fit_second = [](const Record& one, double factor) {
+    return second_order(one, as_printed(factor), kCutOff_s, one.t_s.back() - kCutOff_s);
+  };
+  const Dynamics second = fit_second(imu, scale);
+  const Dynamics second_aligned = fit_second(right, scale_right);
+  const model::paper::SecondOrder& printed = model::paper::kYawRateSecond;
+  const auto add_second = [&](const char* what, double paper, double reproduced, double aligned) {
+    add(what, paper, reproduced, aligned);
+    report.lines.back().why = "its cut is not known";
+  };
+  add_second("yaw rate, second order: natural frequency [rad/s]", printed.natural_frequency_rad_s,
+             second.natural_frequency_rad_s, second_aligned.natural_frequency_rad_s);
+  add_second("yaw rate, second order: damping ratio", printed.damping_ratio, second.damping_ratio,
+             second_aligned.damping_ratio);
+  add_second("yaw rate, second order: gain", printed.gain, second.gain, second_aligned.gain);
 }
 
 }  // namespace m100::lab::identify::paper

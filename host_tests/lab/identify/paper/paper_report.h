@@ -7,13 +7,16 @@
 namespace m100::lab::identify::paper {
 
 /// A number as printed in the paper (NaN: it is not), as reproduced from the authors' own rows with their method, and
-/// as found after aligning the streams by their message counters.
+/// as found after aligning the streams by their message counters (both NaN: no data was published).
 struct ReproducedNumber {
   std::string quantity;
   double paper;
   double reproduced;
   double aligned;
+  std::string why = {};  ///< why the reproduced number is another than the printed one
 };
+/// "reproduced": to the digits that the paper prints; "different: " and why; "no data published"; empty: not printed.
+std::string verdict(const ReproducedNumber& number);
 
 struct Report {
   std::vector<ReproducedNumber> lines;
@@ -21,7 +24,7 @@ struct Report {
   std::string evidence;         ///< of the shift
 };
 
-/// Reproduces Table I and the climb dynamics of III-D.3 from ExperimentPitchRoll.mat and ExperimentHeight.mat.
+/// Reproduces Tables I and II, without the yaw rate, from ExperimentPitchRoll.mat and ExperimentHeight.mat.
 /// @throws InputError: files of another kind.
 Report reproduce(const std::string& pitch_roll_file, const std::string& height_file);
 
