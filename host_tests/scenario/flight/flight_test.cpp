@@ -279,7 +279,7 @@ TEST(Replay, GivesAFlightOfThePapersLawAgain) {
   plan.course = "step 0 0 0 0 1\nstep 0.5 0.2 0.1 0.3 2\n";
   const FlightResult flight = fly(plan);
   ASSERT_TRUE(flight.flew);
-  const companion::RecordedFlight recorded = read_back(flight, "replay_paper_test.ulg");
+  const companion::RecordedFlight recorded = read_back(flight);
   EXPECT_EQ(companion::replay(recorded, companion::Scalar::kDouble).different_ticks, 0U);
 }
 
