@@ -114,7 +114,7 @@ def thousandths(value, digits=3):
 
 
 def papers_tasks(workspace):
-    """The paper's tasks in simulated flight, over 20 seeds, with our law, the clipped LQR and the paper's configuration."""
+    """The paper's tasks in simulated flight, over 20 seeds, with our law, the clipped LQR and the law of the paper's authors."""
     _, answer = asked(workspace, "experiments", "--seeds", "20", "--baseline")
     rows = [["task", "pose [m]", "x [m]", "y [m]", "z [m]", "yaw [deg]", "`--law paper`, pose [m]"]]
     laws = [["task", "ours: pose [m]", "clipped LQR", "`--law paper`", "ours: z [m]", "`--law paper`",

@@ -31,7 +31,7 @@ struct TaskResult {
   double simulated_s = 0.0;         ///< of all flights, those with other laws too
   Trace trace;                      ///< of the first seed, every fifth tick
   std::optional<Cell> baseline;     ///< mean of the task's flights with the clipped LQR
-  std::optional<Cell> paper_law;    ///< mean of the task's flights in the paper's configuration
+  std::optional<Cell> paper_law;    ///< mean of the task's flights with the law of the paper's authors
 };
 
 struct SuiteOptions {
@@ -45,7 +45,7 @@ struct SuiteOptions {
   bool paper_100_hz = false;
   mpc::Law law = mpc::Law::kMpc;
   bool paper_law = false;  ///< flies in_paper_configuration()
-  bool baseline = false;   ///< flies each task with the clipped LQR and in the paper's configuration too
+  bool baseline = false;   ///< flies each task with the clipped LQR and with the law of the paper's authors, too
   bool literal_steps = true;
   sim::BodyJob* body = nullptr;  ///< as FlightPlan; then no fan blows, and the plant's wind only in the tasks in wind
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
