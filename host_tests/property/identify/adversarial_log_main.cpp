@@ -34,8 +34,9 @@ struct Tally {
   int stopped = 0;    // ended with an error, without a statement
   int hidden = 0;     // false acceptances of effects that the log cannot show
   int unhealthy = 0;  // healthy logs refused although the declared model visibly differs from the vehicle
-  int changes = 0, dated = 0, measured = 0;  // correctly named; their intervals contain the true time, the true size
-  std::vector<double> cost_s;                // processor time per minute of log
+  // Correctly named changes; intervals that contain the true time; known true sizes, and those inside their intervals.
+  int changes = 0, dated = 0, sized = 0, measured = 0;
+  std::vector<double> cost_s;  // processor time per minute of log
 
   void add(const Tally& other) {
     for (std::size_t k = 0; k < answers.size(); ++k) {
@@ -47,6 +48,7 @@ struct Tally {
     unhealthy += other.unhealthy;
     changes += other.changes;
     dated += other.dated;
+    sized += other.sized;
     measured += other.measured;
     cost_s.insert(cost_s.end(), other.cost_s.begin(), other.cost_s.end());
   }
@@ -90,10 +92,12 @@ void count_dates(const AdversarialLog& truth, const IdentifyResult& result, Tall
     if (change.name == truth.change) {
       ++tally.changes;
       tally.dated += change.low_s <= truth.change_s && truth.change_s <= change.high_s ? 1 : 0;
+      tally.sized += truth.change_size != 0.0 ? 1 : 0;
       const double before = change.parameters.front().value;
       const double size =
           change.name == "gain" || change.name == "frequency" ? truth.change_size * before : truth.change_size;
-      tally.measured += change.size && change.size->low <= size && size <= change.size->high ? 1 : 0;
+      tally.measured +=
+          truth.change_size != 0.0 && change.size && change.size->low <= size && size <= change.size->high ? 1 : 0;
     }
   }
 }
@@ -168,8 +172,11 @@ bool judged(const Tally& sick, const Tally& healthy) {
       "%.1f %%)\n",
       clean, percent(sick.of(Classification::kFalseAcceptance), sick.logs), wrong, fair, price,
       percent(refused_anyhow, healthy.logs));
-  std::printf("changes named %d, true times inside their intervals %d, true sizes %d\n", sick.changes, sick.dated,
-              sick.measured);
+  std::printf("changes named %d, true times inside their intervals %d", sick.changes, sick.dated);
+  if (sick.sized > 0) {  // the unseen logs do not say how large a change is
+    std::printf(", true sizes %d of %d", sick.measured, sick.sized);
+  }
+  std::printf("\n");
   std::vector<double> cost = sick.cost_s;
   cost.insert(cost.end(), healthy.cost_s.begin(), healthy.cost_s.end());
   std::sort(cost.begin(), cost.end());
