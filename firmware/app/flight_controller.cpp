@@ -32,36 +32,6 @@ std::array<double, 3> whole_lever(std::array<double, 3> found_b_m, const link::L
   return found_b_m;
 }
 
-/// @returns nullopt: it has not begun.
-template <typename T>
-std::optional<log::ExcitationRecord> record_of(const ctl::Excitation<T>& excitation, core::TimePoint now) {
-  if (excitation.state() == ctl::Excitation<T>::State::kIdle) {
-    return {};
-  }
-  return log::ExcitationRecord{.timestamp = static_cast<std::uint64_t>(now.time_since_epoch().count()),
-                               .distance = static_cast<float>(excitation.distance()),
-                               .speed = static_cast<float>(excitation.speed()),
-                               .counts = static_cast<std::int16_t>(excitation.counts()),
-                               .sample = static_cast<std::uint16_t>(excitation.sample()),
-                               .piece = static_cast<std::uint8_t>(excitation.piece()),
-                               .axis = static_cast<std::uint8_t>(excitation.axis()),
-                               .state = static_cast<std::uint8_t>(excitation.state()),
-                               .abort = static_cast<std::uint8_t>(excitation.abort())};
-}
-
-/// Newer measurements replace the kept ones.
-template <typename T>
-void keep_newest(const est::Measurement<T>& measured, est::Measurement<T>& kept) {
-  if (measured.pose.is_new) {
-    kept.pose = measured.pose;
-  }
-  if (measured.attitude.is_new) {
-    kept.attitude = measured.attitude;
-  }
-  kept.pose.is_new = measured.pose.is_new;
-  kept.attitude.is_new = measured.attitude.is_new;
-}
-
 }  // namespace
 
 template <typename T, typename S>
@@ -140,7 +110,7 @@ core::Status FlightController<T, S>::act(const Wanted& wanted, const est::Measur
                          holds(), elapsed);
   apply_learned_trims();
   record_.wanted = wanted.command;
-  keep_newest(measured, record_.measured);
+  record_.keep_newest(measured);
   if (recorder_.writes()) {
     recorder_.append(record());
   }
@@ -162,7 +132,7 @@ const TickRecord<T>& FlightController<T, S>::record() {
   record_.seen = supervisor_.observed();
   record_.conditions = supervisor_.conditions();
   record_.law = law_.report();
-  record_.excitation = record_of(excitation_, record_.now);
+  record_.excitation = logged(excitation_, record_.now);
   record_.residual = monitors_.residual().report(monitors_.residual().worst()).ratio;
   record_.telemetry = link_.telemetry();
   record_.authority = link_.authority();

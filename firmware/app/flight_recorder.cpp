@@ -65,6 +65,24 @@ log::TickRecord logged(const TickRecord<T>& record, std::uint32_t dropped_messag
   return out;
 }
 
+template <typename T>
+std::optional<log::ExcitationRecord> logged(const ctl::Excitation<T>& excitation, core::TimePoint now) {
+  if (excitation.state() == ctl::Excitation<T>::State::kIdle) {
+    return {};
+  }
+  return log::ExcitationRecord{.timestamp = static_cast<std::uint64_t>(now.time_since_epoch().count()),
+                               .distance = static_cast<float>(excitation.distance()),
+                               .speed = static_cast<float>(excitation.speed()),
+                               .counts = static_cast<std::int16_t>(excitation.counts()),
+                               .sample = static_cast<std::uint16_t>(excitation.sample()),
+                               .piece = static_cast<std::uint8_t>(excitation.piece()),
+                               .axis = static_cast<std::uint8_t>(excitation.axis()),
+                               .state = static_cast<std::uint8_t>(excitation.state()),
+                               .abort = static_cast<std::uint8_t>(excitation.abort())};
+}
+
+template std::optional<log::ExcitationRecord> logged(const ctl::Excitation<float>& excitation, core::TimePoint now);
+template std::optional<log::ExcitationRecord> logged(const ctl::Excitation<double>& excitation, core::TimePoint now);
 template log::TickRecord logged(const TickRecord<float>& record, std::uint32_t dropped_messages);
 template log::TickRecord logged(const TickRecord<double>& record, std::uint32_t dropped_messages);
 

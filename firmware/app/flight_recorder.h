@@ -2,6 +2,7 @@
 #pragma once
 
 #include "firmware/app/tick_record.h"
+#include "firmware/ctl/excitation.h"
 #include "firmware/link/byte_tap.h"
 #include "firmware/log/flight_log.h"
 
@@ -10,6 +11,9 @@ namespace m100::app {
 /// The tick as the log holds it. @param dropped_messages of the log so far
 template <typename T>
 log::TickRecord logged(const TickRecord<T>& record, std::uint32_t dropped_messages);
+/// The excitation as the log holds it; nullopt: it has not begun.
+template <typename T>
+std::optional<log::ExcitationRecord> logged(const ctl::Excitation<T>& excitation, core::TimePoint now);
 
 /// Writes the bytes that pass a link into the flight log.
 class LogTap final : public link::ByteTap {

@@ -44,6 +44,14 @@ struct TickRecord {
   link::LinkHealth health;
   link::PoseLinkStats poses;
   SourceFrame<T> source_frame;
+
+  /// Pose and attitude that came in this tick replace those of before.
+  void keep_newest(const est::Measurement<T>& came) {
+    measured.pose = came.pose.is_new ? came.pose : measured.pose;
+    measured.attitude = came.attitude.is_new ? came.attitude : measured.attitude;
+    measured.pose.is_new = came.pose.is_new;
+    measured.attitude.is_new = came.attitude.is_new;
+  }
 };
 
 }  // namespace m100::app

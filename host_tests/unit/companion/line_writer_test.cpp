@@ -16,7 +16,7 @@ std::atomic<bool> writes{false};
 std::vector<std::string> written;
 
 /// An output that stands still as a disk does: write() returns when it moves again.
-void stubborn(int /*descriptor*/, std::string_view text) {
+void write_when_it_moves(int /*descriptor*/, std::string_view text) {
   writes = true;
   while (stands_still) {
     std::this_thread::sleep_for(1ms);
@@ -33,7 +33,7 @@ struct LineWriterTest : ::testing::Test {
 };
 
 TEST_F(LineWriterTest, LinesLeaveInTheirOrderAndWhole) {
-  LineWriter writer(false, &stubborn);
+  LineWriter writer(false, &write_when_it_moves);
   writer.push("first");
   writer.push("second");
   writer.push(std::string(2000, 'x'));
@@ -45,7 +45,7 @@ TEST_F(LineWriterTest, LinesLeaveInTheirOrderAndWhole) {
 
 // The status line is erased before each line and at the end.
 TEST_F(LineWriterTest, AStatusLineStandsBelowTheLines) {
-  LineWriter writer(true, &stubborn);
+  LineWriter writer(true, &write_when_it_moves);
   writer.push("first");
   for (std::uint32_t tick = 0; tick <= LineWriter::kTicksPerStatus; ++tick) {
     writer.show({});
@@ -63,7 +63,7 @@ TEST_F(LineWriterTest, AStatusLineStandsBelowTheLines) {
 
 // Catches a flying thread that writes by itself, or waits for the thread that does: this test would never end.
 TEST_F(LineWriterTest, AnOutputThatStandsStillDoesNotStopThePusher) {
-  LineWriter writer(false, &stubborn);
+  LineWriter writer(false, &write_when_it_moves);
   stands_still = true;
   writer.push("0");
   while (!writes) {
@@ -80,7 +80,7 @@ TEST_F(LineWriterTest, AnOutputThatStandsStillDoesNotStopThePusher) {
 
 // Catches a program that never ends, because the disk under its output never moves again.
 TEST_F(LineWriterTest, AnOutputThatNeverMovesAgainIsLeftBehind) {
-  LineWriter writer(false, &stubborn, 20ms);
+  LineWriter writer(false, &write_when_it_moves, 20ms);
   stands_still = true;
   writer.push("lost");
   writer.finish();
@@ -93,7 +93,7 @@ TEST_F(LineWriterTest, AnOutputThatNeverMovesAgainIsLeftBehind) {
 
 TEST_F(LineWriterTest, TheCurrentOneIsTheOneThatRuns) {
   EXPECT_EQ(LineWriter::current(), nullptr);
-  LineWriter writer(false, &stubborn);
+  LineWriter writer(false, &write_when_it_moves);
   EXPECT_EQ(LineWriter::current(), &writer);
   writer.finish();
   EXPECT_EQ(LineWriter::current(), nullptr);

@@ -193,7 +193,7 @@ void add_yaw(Report& report, const std::string& yaw_file) {
   add("yaw rate, equation: gain", model::paper::kYawRateFirst.gain, from_odometry.gain, from_aligned.gain);
   add("yaw rate, Table II (IMU stream, 3 rows early): time constant [s]",
       model::paper::kYawRateFirstTable2.time_constant_s, from_imu.time_constant_s, from_aligned.time_constant_s);
-  report.lines.back().why = "by a hundredth: its cut is not known";
+  report.lines.back().why = "by a hundredth; its cut is not known";
   add("yaw rate, Table II (IMU stream, 3 rows early): gain", model::paper::kYawRateFirstTable2.gain, from_imu.gain,
       from_aligned.gain);
   const auto fit_second = [](const Record& one, double factor) {
