@@ -21,9 +21,9 @@ class PaperState {
     const T error_z_m = reference.height.position_m - estimate.height_m;
     constexpr T kBall_m = static_cast<T>(model::paper::kIntegralBall_m);
     const T size_m2 = error_x_m * error_x_m + error_y_m * error_y_m + error_z_m * error_z_m;
-    const T kept = size_m2 < kBall_m * kBall_m ? T(1) : T(0);
-    integral_x_m_s_ = kept * limited(integral_x_m_s_ + step_s * error_x_m);
-    integral_y_m_s_ = kept * limited(integral_y_m_s_ + step_s * error_y_m);
+    const bool is_near = size_m2 < kBall_m * kBall_m;  // false for a number that is none, which must not stay
+    integral_x_m_s_ = is_near ? limited(integral_x_m_s_ + step_s * error_x_m) : T(0);
+    integral_y_m_s_ = is_near ? limited(integral_y_m_s_ + step_s * error_y_m) : T(0);
     x_ = state(estimate.x, integral_x_m_s_);
     y_ = state(estimate.y, integral_y_m_s_);
   }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace m100::ctl {
 namespace {
 
@@ -48,6 +50,17 @@ TEST(PaperState, ForgetsItsIntegralWhileTheReferenceIsFarAndLimitsItWhereItIsNea
     state.update(flown, {}, 1.0);
   }
   EXPECT_NEAR(state.x().disturbance_m_s2, 0.5 + 0.2 * 2.0, 1e-12);
+}
+
+// Catches an integral that stays no number after one position that was none.
+TEST(PaperState, ForgetsAPositionThatIsNoNumber) {
+  PaperState<double> state;
+  est::Estimate<double> flown = estimate();
+  flown.x.position_m = std::numeric_limits<double>::quiet_NaN();
+  state.update(flown, {}, 1.0);
+  state.update(estimate(), {}, 0.0);
+  EXPECT_EQ(state.x().disturbance_m_s2, 0.5);
+  EXPECT_EQ(state.y().disturbance_m_s2, -0.1);
 }
 
 TEST(PaperState, LeavesPositionsAndVelocitiesOfTheReference) {
