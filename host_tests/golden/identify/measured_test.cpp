@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -94,6 +98,46 @@ TEST(MeasuredFlight, TheNeutralOfTheMapMovesTheTrimAlone) {
     EXPECT_NEAR(there.final_model.validation_rmse, here.final_model.validation_rmse,
                 0.01 * here.final_model.validation_rmse);
   }
+}
+
+/// The sentence about the pitch stick if its logged rows are changed; the rows are not in step with the samples.
+/// @param changed  the counts in row `row`, of what was logged
+std::string said_of_pitch(const std::filesystem::path& file, double (*changed)(std::size_t row, double counts)) {
+  constexpr std::size_t kPitchStick = 2;  // column
+  std::ifstream in(file);
+  const std::string path = ::testing::TempDir() + "changed_stick.csv";
+  std::ofstream out(path);
+  std::string line;
+  for (std::size_t row = 0; std::getline(in, line); ++row) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (std::size_t column = 0; std::getline(cells, cell, ','); ++column) {
+      out << (column == 0 ? "" : ",");
+      row > 0 && column == kPitchStick ? out << changed(row, std::stod(cell)) : out << cell;
+    }
+    out << "\n";
+  }
+  out.close();
+  for (const std::string& sentence : identify(path, "pitch", {12.0, 38.0}, {38.0, 55.5}).unexplained) {
+    if (sentence.find("stick_pitch is logged") == 0) {
+      return sentence.substr(0, sentence.find(" only"));
+    }
+  }
+  return "";
+}
+
+TEST(MeasuredFlight, ACoarseStickIsSaid) {
+  M100_SHARED_FILE_OR_SKIP(file, "data/m100/pitch_roll.csv");
+  EXPECT_EQ(said_of_pitch(file, [](std::size_t, double counts) { return counts; }), "");
+  EXPECT_EQ(said_of_pitch(file, [](std::size_t, double counts) { return 64.0 * std::round(counts / 64.0); }),
+            "stick_pitch is logged in steps of 64 counts");
+  EXPECT_EQ(said_of_pitch(file,
+                          [](std::size_t row, double counts) {
+                            static double held = 0.0;
+                            held = row % 10 == 1 ? counts : held;
+                            return held;
+                          }),
+            "stick_pitch is logged anew every 0.1 s");
 }
 
 // Roll's delay was said to change at 8.0 s of the yaw flight, and pitch's dead zone at 9.7 s, while the hand that moves

@@ -32,21 +32,46 @@ std::vector<Range> middle_of(std::vector<Range> ranges, double half_s) {
   return out;
 }
 
+/// Two or more equal samples of the stick: [begin, end). Between two rests a sample may lie between their values, where
+/// rows and samples are not in step.
+struct Rest {
+  std::size_t begin;
+  std::size_t end;
+};
+
+/// The rests that begin in the ranges.
+std::vector<Rest> rests_of(const AxisData& data, const std::vector<Range>& ranges) {
+  std::vector<Rest> out;
+  for (std::size_t i = 1; i < data.stick.size(); ++i) {
+    if (data.stick[i] != data.stick[i - 1]) {
+      continue;
+    }
+    if (!out.empty() && out.back().end == i) {
+      ++out.back().end;
+    } else if (std::any_of(ranges.begin(), ranges.end(), [at_s = data.time_s(i)](const Range& range) {
+                 return range.first <= at_s && at_s <= range.second;
+               })) {
+      out.push_back({i - 1, i + 1});
+    }
+  }
+  return out;
+}
+
 /// The likelihood of a stick that was rounded to levels: each rest on a level then hides an error of its own, uniform
 /// within half a level, here normal with the same variance (linear Gaussian model: Bishop, Pattern Recognition, 3.5).
 class RoundedStick {
  public:
-  /// @param steps  samples at which the stick changes; between two of them it rests on a level
+  /// @param rests  of the stick, on levels
   RoundedStick(const AxisData& data, const std::vector<Range>& ranges, const model::StickAxis& axis,
-               const std::vector<std::size_t>& steps, double level)
+               const std::vector<Rest>& rests, double level)
       : run_(data, ranges), error_(run_.error(axis)) {
     constexpr std::size_t kMaxRests = 300;
-    const std::size_t rests = std::min(steps.size() - 1, kMaxRests);
-    answers_.resize(error_.size(), static_cast<Eigen::Index>(rests));
+    const std::size_t size = std::min(rests.size(), kMaxRests);
+    answers_.resize(error_.size(), static_cast<Eigen::Index>(size));
     AxisData moved = data;
-    for (std::size_t k = 0; k < rests; ++k) {
+    for (std::size_t k = 0; k < size; ++k) {
       const auto add = [&](double counts) {
-        for (std::size_t i = steps[k]; i < steps[k + 1]; ++i) {
+        for (std::size_t i = rests[k].begin; i < rests[k].end; ++i) {
           moved.stick[i] = data.stick[i] + counts;
         }
       };
@@ -96,43 +121,46 @@ class RoundedStick {
   Columns answers_;  ///< of each rest, to one standard deviation of the rounding
 };
 
-/// The samples of the ranges at which the stick takes a new value.
-std::vector<std::size_t> steps_of(const AxisData& data, const std::vector<Range>& ranges) {
-  std::vector<std::size_t> out;
-  for (std::size_t i = 1; i < data.stick.size(); ++i) {
-    if (data.stick[i] != data.stick[i - 1] && std::any_of(ranges.begin(), ranges.end(), [&](const Range& range) {
-          return range.first <= data.time_s(i) && data.time_s(i) <= range.second;
-        })) {
-      out.push_back(i);
-    }
-  }
-  return out;
-}
-
-/// A line through each new value. A value is held for `held` samples at most; what stays longer has not moved.
-AxisData through_new_values(AxisData data, const std::vector<std::size_t>& steps, std::size_t held) {
-  for (std::size_t k = 1; k < steps.size(); ++k) {
-    const std::size_t from = steps[k] - std::min(steps[k] - steps[k - 1], held);
+/// A line through the values that begin a rest. A value is held for `held` samples at most; what stays longer has not
+/// moved.
+AxisData through_new_values(AxisData data, const std::vector<Rest>& rests, std::size_t held) {
+  for (std::size_t k = 1; k < rests.size(); ++k) {
+    const std::size_t to = rests[k].begin;
+    const std::size_t from = to - std::min(to - rests[k - 1].begin, held);
     const double before = data.stick[from];
-    const double after = data.stick[steps[k]];
-    for (std::size_t i = from; i < steps[k]; ++i) {
-      data.stick[i] = std::lerp(before, after, static_cast<double>(i - from) / static_cast<double>(steps[k] - from));
+    const double after = data.stick[to];
+    for (std::size_t i = from; i < to; ++i) {
+      data.stick[i] = std::lerp(before, after, static_cast<double>(i - from) / static_cast<double>(to - from));
     }
   }
   return data;
 }
 
-/// The size by which the stick changes, if all changes are multiples of it; else 0.
-double level_of(const std::vector<double>& stick, const std::vector<std::size_t>& steps) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::size_t i : steps) {
-    least = std::min(least, std::abs(stick[i] - stick[i - 1]));
+/// The distance of two levels, if 19 of 20 rests lie on levels; else 0. The others may be samples between two rows.
+double level_of(const std::vector<double>& stick, const std::vector<Rest>& rests) {
+  constexpr double kEqual = 1e-6;
+  constexpr std::ptrdiff_t kShare = 20;
+  std::vector<double> values;
+  std::vector<double> changes;
+  for (const Rest& rest : rests) {
+    const double change = values.empty() ? 0.0 : std::abs(stick[rest.begin] - values.back());
+    values.push_back(stick[rest.begin]);
+    if (change > 0.0) {
+      changes.push_back(change);
+    }
   }
-  const bool all = std::all_of(steps.begin(), steps.end(), [&](std::size_t i) {
-    const double levels = (stick[i] - stick[i - 1]) / least;
-    return std::abs(levels - std::round(levels)) < 1e-6;
+  if (changes.empty()) {
+    return 0.0;
+  }
+  const auto small = changes.begin() + std::ssize(changes) / kShare;
+  std::nth_element(changes.begin(), small, changes.end());
+  const auto middle = values.begin() + std::ssize(values) / 2;
+  std::nth_element(values.begin(), middle, values.end());
+  const auto on_levels = std::count_if(values.begin(), values.end(), [&](double value) {
+    const double levels = (value - *middle) / *small;
+    return std::abs(levels - std::round(levels)) < kEqual * (1.0 + std::abs(levels));
   });
-  return all ? least : 0.0;
+  return kShare * (std::ssize(values) - on_levels) <= std::ssize(values) ? *small : 0.0;
 }
 
 /// Squared errors of a model in windows of the log, for delays that are longer or shorter by whole steps.
@@ -183,32 +211,34 @@ class DelayProfile {
 
 std::string coarse_stick(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
                          const Fit& fit) {
-  const std::vector<std::size_t> steps = steps_of(data, middle_of(ranges, kHalf_s));
+  const std::vector<Rest> rests = rests_of(data, middle_of(ranges, kHalf_s));
   constexpr std::size_t kEnough = 20;
-  if (is_stick_undersampled(data) || steps.size() < kEnough) {
+  if (is_stick_undersampled(data) || rests.size() < kEnough) {
     return "";
   }
   std::vector<std::size_t> held;
-  for (std::size_t k = 1; k < steps.size(); ++k) {
-    held.push_back(steps[k] - steps[k - 1]);
+  for (std::size_t k = 1; k < rests.size(); ++k) {
+    held.push_back(rests[k].begin - rests[k - 1].begin);
   }
   const auto middle = held.begin() + std::ssize(held) / 2;
   std::nth_element(held.begin(), middle, held.end());
   const FreeRun run(data, ranges);
   const WhitenedFit unchanged = unchanged_fit(run, family, fit);
-  constexpr const char* kSmoother = ", but the response follows a smoother motion: what is %s cannot be told";
-  if (*middle > 1 &&
-      unchanged.score - unchanged_fit(FreeRun(through_new_values(data, steps, *middle), ranges), family, fit).score >=
-          kChanceChange) {
-    return printed(" is logged anew every %.2g s only", static_cast<double>(*middle) * data.period_s) +
-           printed(kSmoother, "shorter");
+  const double by_time =
+      *middle > 1 ? unchanged.score -
+                        unchanged_fit(FreeRun(through_new_values(data, rests, *middle), ranges), family, fit).score
+                  : 0.0;
+  const double level = level_of(data.stick, rests);
+  const double by_level =
+      level > 0.0 ? RoundedStick(data, middle_of(ranges, kHalf_s), unchanged.before, rests, level).evidence() : 0.0;
+  if (std::max(by_time, by_level) < kChanceChange) {
+    return "";
   }
-  const double level = level_of(data.stick, steps);
-  if (level > 0.0 &&
-      RoundedStick(data, middle_of(ranges, kHalf_s), unchanged.before, steps, level).evidence() >= kChanceChange) {
-    return printed(" is logged in steps of %.3g counts only", level) + printed(kSmoother, "finer");
-  }
-  return "";
+  const bool is_held = by_time >= by_level;
+  return (is_held ? printed(" is logged anew every %.2g s only", static_cast<double>(*middle) * data.period_s)
+                  : printed(" is logged in steps of %.3g counts only", level)) +
+         printed(", but the response follows a smoother motion: what is %s cannot be told",
+                 is_held ? "shorter" : "finer");
 }
 
 std::optional<ClockRate> clock_rate(const AxisData& data, const std::vector<Range>& ranges, const AxisFamily& family,
