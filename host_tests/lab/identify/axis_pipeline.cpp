@@ -55,9 +55,8 @@ class AxisPipeline {
     check_flight_trims();
     withdraw_unconfirmed_effects();
     report_weak_effect();
-    const RemainderInput remainder = remainder_of(*problem_, chosen_.final_model.fit);
+    draw_remainder(*problem_, chosen_.final_model.fit, *request_.log, side_findings_);
     IdentifyResult result = conclude(*problem_, problem_->request(), std::move(chosen_), std::move(side_findings_));
-    result.remainder = remainder_curves({remainder}, *request_.log);
     result.elapsed_s = processor_s() - started_s;
     return result;
   }
@@ -79,14 +78,13 @@ class AxisPipeline {
     if (!(flight_trims_.empty() ? are_distinct(*problem_, more) : moved(*problem_, more))) {
       return false;
     }
-    std::vector<double> values;
+    trims_.clear();
     for (std::size_t k = 0; k < more.size(); ++k) {
       const double before = flight_trims_.empty() ? 0.0 : flight_trims_[k].size.value;
       more[k].size = {more[k].size.value + before, more[k].size.low + before, more[k].size.high + before};
-      values.push_back(more[k].size.value);
+      trims_.push_back(more[k].size.value);
     }
     flight_trims_ = std::move(more);
-    trims_ = std::move(values);
     problem_ = std::make_unique<AxisProblem>(request_, clock_, trims_);
     return true;
   }
@@ -295,10 +293,9 @@ class AxisPipeline {
   }
 
   /// Whether another effect, without a date, explains the log as well as the change. Its score may be worse by
-  /// kChanceChange: the time of a change is free, so that a change gains as much by chance. A change of the trim is not
-  /// compared.
+  /// kChanceChange: the date of a change is free, which gains as much by chance. A change of the trim is not compared.
   bool constant_explains(const FreeRun& run, const AxisFamily& family, const Fit& fit, const ChangePoint& change) {
-    if (change.free_parameter.member == &model::StickAxis::trim_counts) {
+    if (change.free_parameter.member == &model::StickAxis::trim_counts || !request_.acts(SpecialTest::kConstant)) {
       return false;
     }
     const std::vector<int> all(family.block_count(), 1);
@@ -306,12 +303,12 @@ class AxisPipeline {
       const Fit constant = family.fit(edit.structure, all, &fit);
       const double score =
           unchanged_fit(run, family, constant).score + price_of(constant.free_parameters, fit.free_parameters + 1, run);
-      if (score < change.score && request_.acts(SpecialTest::kConstant)) {
+      if (score < change.score) {
         side_findings_.findings.push_back(note("a change of " + change.change.name + " would fit, but " + edit.name +
                                                ", which has no date, explains the log better"));
         return true;
       }
-      if (score < change.score + kChanceChange && request_.acts(SpecialTest::kConstant)) {
+      if (score < change.score + kChanceChange) {
         report_uncertain_change(change.change, edit.name + ", which has no date, explains the log as well");
         return true;
       }
@@ -320,8 +317,8 @@ class AxisPipeline {
   }
 
   /// Whether the change may be named: no effect without a date explains it, and it is temporary, or certain under every
-  /// hypothesis about an undersampled stick. A temporary change is also reported as unexplained, and so is one that is
-  /// likely but not certain.
+  /// hypothesis about an undersampled stick and without a burst beside it. A temporary change is also reported as
+  /// unexplained, and so is one that is likely but not certain.
   bool confirm_change_point(const FreeRun& run, const ChangePoint& change, const AxisFamily& family, const Fit& fit) {
     const AxisData& data = problem_->training().signals.data;
     const std::vector<Range> ranges = problem_->free_ranges();
@@ -342,11 +339,13 @@ class AxisPipeline {
                   std::min(change.change.at_s, another->at_s), std::max(change.change.at_s, another->at_s)));
       return true;
     }
+    const std::optional<double> burst_s = burst_beside(run, change);
     const double ratio = min_ratio_over_hypotheses(data, ranges, family, fit, change);
-    if (ratio >= kChanceChange && ratio < kCertainChange) {
-      report_uncertain_change(change.change, "the stick was logged too slowly to confirm it");
+    if (ratio >= kChanceChange && (burst_s || ratio < kCertainChange)) {
+      report_uncertain_change(change.change, burst_s ? printed("it leaves a burst at %.1f s", *burst_s)
+                                                     : "the stick was logged too slowly to confirm it");
     }
-    return ratio >= kCertainChange;
+    return !burst_s && ratio >= kCertainChange;
   }
 
   void report_uncertain_change(const Change& change, const std::string& why) {
@@ -356,12 +355,12 @@ class AxisPipeline {
 
   void accept_change(const Change& change) {
     const std::string reason = ground_reason(*problem_, request_, chosen_.final_model.fit, change);
-    if (!reason.empty()) {
+    if (reason.empty()) {
+      withdraw(chosen_, change.name);
+      add_change(side_findings_, change);
+    } else {
       side_findings_.unexplained.push_back(reason);
-      return;
     }
-    withdraw(chosen_, change.name);
-    add_change(side_findings_, change);
   }
 
   /// The change found with the final structure. The one found with the declared structure is returned instead if it

@@ -13,8 +13,6 @@ namespace m100::lab::identify {
 
 // What the final model leaves, drawn against every channel of the log: an effect without a name shows where it acts.
 
-/// The input of a stick axis: free runs of the fit over all ranges of the training log.
-RemainderInput remainder_of(const AxisProblem& problem, const Fit& fit);
 /// The inputs of a result's directions of translation, from the series of its figures.
 std::vector<RemainderInput> remainder_of(const IdentifyResult& translation);
 
@@ -29,5 +27,10 @@ std::vector<RemainderInput> remainder_of(const IdentifyResult& translation);
 /// @returns all curves, the largest share first; the first six have points. Empty without enough rows.
 /// Cost: linear in the rows up to 3000, times the channels.
 std::vector<RemainderCurve> remainder_curves(const std::vector<RemainderInput>& inputs, const logs::FlightLog& log);
+
+/// Draws the remainder of a stick axis: free runs of the fit over all ranges of the training log. If a curve over the
+/// axis' own stick or the model's response predicts more than a quarter of it in the pieces that its fit has not seen,
+/// and clearly more than chance does, this is unexplained.
+void draw_remainder(const AxisProblem& problem, const Fit& fit, const logs::FlightLog& log, SideFindings& out);
 
 }  // namespace m100::lab::identify

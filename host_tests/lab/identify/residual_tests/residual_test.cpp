@@ -121,26 +121,13 @@ SpectralLine strongest_peak(const Vector& target, const ResidualInput& input, co
   return line;
 }
 
-// Reports bursts: excursions far beyond the robust sigma of the residual, such as while commands are lost, that hold a
-// large share of its power. `beyond` is the size of the target without the error that the unknown input may cause.
+// Reports bursts, such as while commands are lost, that hold a large share of the residual's power.
 void report_bursts(const Vector& target, const Vector& beyond, const Thinned& thinned,
                    const std::vector<double>& time_s, const ResidualOptions& options, std::vector<std::string>& out) {
-  std::vector<double> sizes(target.data(), target.data() + target.size());
-  for (double& size : sizes) {
-    size = std::abs(size);
-  }
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double sigma = 1.4826 * *middle;
-  double burst = 0.0;
-  Eigen::Index largest = 0;
-  for (Eigen::Index row = 0; row < target.size(); ++row) {
-    burst += beyond(row) > options.burst_sigma * sigma ? beyond(row) * beyond(row) : 0.0;
-    largest = std::abs(target(row)) > std::abs(target(largest)) ? row : largest;
-  }
-  if (sigma > 0.0 && burst > options.burst_share * target.squaredNorm()) {
-    std::string text = "bursts (" + percent(burst / target.squaredNorm()) + " of the power";
-    const std::size_t at = thinned.begin[static_cast<std::size_t>(largest)];
+  const Bursts bursts = bursts_of(target, beyond, options.burst_sigma);
+  if (bursts.share > options.burst_share) {
+    std::string text = "bursts (" + percent(bursts.share) + " of the power";
+    const std::size_t at = thinned.begin[bursts.largest];
     if (at < time_s.size()) {
       text += printed(", the largest at %.1f s", time_s[at]);
     }
@@ -225,6 +212,17 @@ void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more) 
     both.push_back(std::move(group));
   }
   into = std::move(both);
+}
+
+Bursts bursts_of(const Vector& values, const Vector& beyond, double sigmas) {
+  constexpr double kPerMedian = 1.4826;
+  Vector sizes = values.cwiseAbs();
+  Eigen::Index largest = 0;
+  sizes.maxCoeff(&largest);
+  std::nth_element(sizes.begin(), sizes.begin() + sizes.size() / 2, sizes.end());
+  const double sigma = kPerMedian * sizes(sizes.size() / 2);
+  const double power = (beyond.array() > sigmas * sigma).select(beyond.array().square(), 0.0).sum();
+  return {sigma > 0.0 ? power / values.squaredNorm() : 0.0, static_cast<std::size_t>(largest)};
 }
 
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean) {

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "firmware/core/eigen.h"
+
 namespace m100::lab::identify {
 
 // Tests whether the residual after the selection is still predictable. Shared by the stick axes and by translation.
@@ -68,6 +70,15 @@ ResidualFinding test_residual(const ResidualInput& input, const ResidualOptions&
 /// of the two has is dropped, because its columns would be too short; an empty `into` takes all of `more`.
 /// Precondition: at least one group is common to all stretches.
 void merge(std::vector<RegressorGroup>& into, std::vector<RegressorGroup> more);
+
+/// Excursions of a series far beyond its robust standard deviation (1.4826 times the median size).
+struct Bursts {
+  double share = 0.0;       ///< of the series' power that they hold; 0 where the median size is 0
+  std::size_t largest = 0;  ///< index of the largest value
+};
+/// @param beyond  sizes of the values without the error that the unknown input may cause; same length, at least one
+/// value
+Bursts bursts_of(const Eigen::VectorXd& values, const Eigen::VectorXd& beyond, double sigmas);
 
 /// Correlation of a series with itself `lag` samples earlier, about its mean or about zero. 0 without power.
 double autocorrelation(const std::vector<double>& values, std::size_t lag, bool about_mean);

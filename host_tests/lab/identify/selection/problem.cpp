@@ -61,6 +61,7 @@ class Conclusion {
       : problem_(problem), family_(problem.family()), request_(request), selection_(std::move(selection)) {
     result_.findings = std::move(side_findings.findings);
     result_.changes = std::move(side_findings.changes);
+    result_.remainder = std::move(side_findings.remainder);
     side_unexplained_ = std::move(side_findings.unexplained);
   }
 

@@ -90,6 +90,7 @@ struct SideFindings {
   std::vector<Finding> findings;
   std::vector<Change> changes;
   std::vector<std::string> unexplained;
+  std::vector<RemainderCurve> remainder;
 };
 
 /// Tests the residual, computes the intervals and the verdict (verdict.h). Precondition: the selection is of this

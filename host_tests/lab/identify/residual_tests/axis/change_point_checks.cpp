@@ -8,6 +8,7 @@
 
 #include "host_tests/lab/identify/residual_tests/axis/axis_residual.h"
 #include "host_tests/lab/identify/residual_tests/axis/intersample_hypotheses.h"
+#include "host_tests/lab/identify/residual_tests/residual_test.h"
 
 namespace m100::lab::identify {
 
@@ -72,6 +73,15 @@ std::optional<Change> second_change_point(const AxisData& data, const std::vecto
     }
   }
   return std::nullopt;
+}
+
+std::optional<double> burst_beside(const FreeRun& run, const ChangePoint& change) {
+  constexpr double kMaxShare = 0.1;
+  Rows innovations = run.error(change.before, change.after, change.change.at_s);
+  innovations.array() -= innovations.mean();
+  run.whiten_rows(autoregression(innovations, run.segments()), innovations);
+  const Bursts bursts = bursts_of(innovations, innovations.cwiseAbs(), ResidualOptions{}.burst_sigma);
+  return bursts.share > kMaxShare ? std::optional(run.time_s()[bursts.largest]) : std::nullopt;
 }
 
 double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run) {

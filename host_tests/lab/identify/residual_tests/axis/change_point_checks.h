@@ -21,6 +21,12 @@ double min_ratio_over_hypotheses(const AxisData& data, const std::vector<Range>&
 std::optional<Change> second_change_point(const AxisData& data, const std::vector<Range>& ranges,
                                           const AxisFamily& family, const Fit& fit, const ChangePoint& change);
 
+/// Whether a model with the change leaves bursts in the innovations of the log, which then has an event of another
+/// kind: a stick that was not logged for a while, or a jump of the response itself.
+/// @returns the time of the largest innovation, if innovations beyond six robust standard deviations hold more than a
+/// tenth of the power. Of Student's t with five degrees of freedom, and so of gusty air, they hold a twentieth.
+std::optional<double> burst_beside(const FreeRun& run, const ChangePoint& change);
+
 /// Schwarz's penalty of the parameters that a model has more than another one.
 double price_of(std::size_t parameters, std::size_t fewer, const FreeRun& run);
 
