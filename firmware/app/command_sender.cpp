@@ -37,6 +37,8 @@ const ctl::Command<T>& CommandSender<T>::update(bool in_control, const protocol:
                                              .pitch = stick_of(telemetry.rc.pitch),
                                              .throttle = stick_of(telemetry.rc.throttle),
                                              .yaw = stick_of(telemetry.rc.yaw)}));
+  } else if (protocol::is_own_task(telemetry.flight_status)) {
+    applied_ = {};
   }
   return applied_;
 }

@@ -23,7 +23,7 @@ class CommandSender {
       : commands_(vehicle, rule), channel_(channel), rule_(rule) {}
 
   /// Once per tick, after the link received. @returns the command that the aircraft has obeyed since the last tick:
-  /// ours (sticks: after rounding to counts), or the pilot's if control is not ours.
+  /// ours (sticks: after rounding to counts), the pilot's if control is not ours, or level in the autopilot's own task.
   const ctl::Command<T>& update(bool in_control, const protocol::Telemetry& telemetry);
 
   /// Releases control if the supervisor demands it, and sends the supervised command if the link may carry one now.

@@ -57,6 +57,11 @@ constexpr bool is_on_ground(FlightStatus status) {
   return status == FlightStatus::kMotorsOff || status == FlightStatus::kStandby || status == FlightStatus::kLanded;
 }
 
+/// The autopilot flies its own task: it ignores commands and keeps level.
+constexpr bool is_own_task(FlightStatus status) {
+  return status == FlightStatus::kTakingOff || status == FlightStatus::kLanding;
+}
+
 enum class ControlDevice : std::uint8_t { kRemoteController = 0, kMobileApp = 1, kOnboardComputer = 2 };
 
 inline constexpr std::int16_t kRcModeP = -8000;

@@ -6,14 +6,28 @@
 
 namespace m100::ctl {
 
+/// The inverse of an attitude loop up to the second derivative: u = t + first t' + second t'' makes it follow t.
+struct InverseLags {
+  double first_s = 0.0;    ///< T1
+  double second_s2 = 0.0;  ///< T2
+};
+/// (1 + a s + b s^2) / (1 + L s) = 1 + (a - L) s + (b - L (a - L)) s^2 + ..., with a = 2 z / w and b = 1 / w^2, or
+/// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
+InverseLags inverse_lags(const model::StickAxis& axis);
+
 /// How a vehicle can brake. Fence, level state, set-point planner, fallback law and wind monitor use this model.
 struct Braking {
   /// Deceleration on each horizontal axis, in still air, while the other axis brakes too.
   double acceleration_m_s2 = 0.0;
+  /// The acceleration of the largest tilt of both axes together.
+  double tilted_m_s2 = 0.0;
   /// The steady disturbance against which the aircraft can hold its position: at most 4 m/s^2.
   double max_disturbance_m_s2 = 0.0;
   /// Time from the decision to stop until the attitude is reversed and the estimate shows it; at least 0.35 s.
   double reaction_s = 0.0;
+  /// By a steady tilt t and its rate t' the speed still changes by g (lag t + lag2 t') after a command to level.
+  double lag_s = 0.0;
+  double lag2_s2 = 0.0;
   /// effective_delay_s() of the slower axis.
   double acts_s = 0.0;
   /// Drag that the aircraft may have in addition to that of the vehicle file. The wind that is estimated at a speed
@@ -32,6 +46,8 @@ double effective_delay_s(const model::StickAxis& axis);
 /// acceleration = 0.95 g tilt_gain slope_limit: the law approaches its limit gradually, hence a twentieth less.
 /// reaction     = transport delay + command period (40 ms) + attitude loop (2 zeta / w, or its time constant) + 20 ms
 ///                until the estimate shows the effect; the slower of roll and pitch, at least 0.35 s.
+/// tilted       = g tilt_gain sqrt(2) slope_limit
+/// lag, lag2    = transport delay + T1, and T2, of inverse_lags(); the slower of roll and pitch, the lag at least 0.1 s
 /// unknown drag = 0.3 1/s (published for free rotor aircraft: 0.2 to 0.5) less the vehicle file's drag, at least 0.
 Braking braking_of(const model::Vehicle& vehicle, double slope_limit);
 

@@ -23,22 +23,6 @@ model::AltitudeGains altitude_gains(const model::Vehicle& vehicle) {
 
 }  // namespace
 
-InverseLags inverse_lags(const model::StickAxis& axis) {
-  double first_s = 0.0;
-  double second_s2 = 0.0;
-  if (axis.is_first_order()) {
-    first_s = axis.time_constant_s;
-  } else if (axis.natural_frequency_rad_s > 0.0) {
-    const double w = axis.natural_frequency_rad_s;
-    first_s = 2.0 * axis.damping_ratio / w;
-    second_s2 = 1.0 / (w * w);
-  } else {
-    return {};
-  }
-  const double left_s = first_s - axis.lead_zero_s;
-  return {.first_s = left_s, .second_s2 = second_s2 - axis.lead_zero_s * left_s};
-}
-
 template <typename T>
 [[gnu::cold]] typename FlightLaw<T>::Axis FlightLaw<T>::make_axis(const mpc::GainTable<T>& table,
                                                                   const model::StickAxis& axis, mpc::Law law) {

@@ -29,15 +29,6 @@ struct FlightLawOptions {
   bool paper_state = false;  ///< the horizontal state is PaperState's instead of the observer's
 };
 
-/// The inverse of an attitude loop up to the second derivative: u = t + first t' + second t'' makes it follow t.
-struct InverseLags {
-  double first_s = 0.0;    ///< T1
-  double second_s2 = 0.0;  ///< T2
-};
-/// (1 + a s + b s^2) / (1 + L s) = 1 + (a - L) s + (b - L (a - L)) s^2 + ..., with a = 2 z / w and b = 1 / w^2, or
-/// a = tau and b = 0, and the lead zero L. Zeros for an axis that follows at once.
-InverseLags inverse_lags(const model::StickAxis& axis);
-
 /// How the horizontal commands were computed when they were last solved, for the log.
 struct LawReport {
   mpc::Path path_x = mpc::Path::kTable;

@@ -45,6 +45,17 @@ TEST(Braking, TheReactionIsThatOfTheSlowerAxis) {
   EXPECT_EQ(braking_of(vehicle_of({}, {}), 0.3).reaction_s, 0.35) << "no lag is known";
 }
 
+// Catches a look-ahead that leaves out the lead of the attitude loop, as a constant of 0.35 s did.
+TEST(Braking, TheLagIsTheDelayAndTheInverseOfTheSlowerLoop) {
+  model::StickAxis led = swinging(0.05, 5.0, 0.75);  // 2 zeta / w = 0.3 s, 1 / w^2 = 0.04 s^2
+  led.lead_zero_s = 0.1;
+  const Braking braking = braking_of(vehicle_of(swinging(0.05, 10.0, 0.5), led), 0.3);
+  EXPECT_NEAR(braking.lag_s, 0.05 + 0.3 - 0.1, kExact);
+  EXPECT_NEAR(braking.lag2_s2, 0.04 - 0.1 * (0.3 - 0.1), kExact);
+  EXPECT_NEAR(braking.reaction_s, 0.05 + 0.3 + 0.04 + 0.02, kExact) << "the fence does without the lead";
+  EXPECT_EQ(braking_of(vehicle_of({}, {}), 0.3).lag_s, 0.1) << "no lag is known";
+}
+
 TEST(Braking, ACommandActsAfterDelayAndPeriod) {
   EXPECT_NEAR(effective_delay_s(lagging(0.12, 0.3)), 0.16, kExact);
   const model::Vehicle vehicle = vehicle_of(lagging(0.12, 0.1), swinging(0.07, 3.0, 1.0));
