@@ -86,9 +86,6 @@ void run(const FlyOptions& options) {
 }  // namespace
 
 PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(options)) {
-  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // CLI11's range check accepts it
-    throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
-  }
   check_files(options);
   if (!options.key_file.empty()) {
     cipher.emplace(read_key(options.key_file));

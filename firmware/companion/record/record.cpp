@@ -224,9 +224,6 @@ void print(const Session& session) {
 }
 
 void run(const RecordOptions& options) {
-  if (std::isnan(options.hold_s)) {  // CLI11's range check accepts it
-    throw UsageError("--hold: is not a number");
-  }
   check(options.pose, options.port);
   files_of(options.pose, options.port)
       .reads("--key-file", options.key_file)
