@@ -187,32 +187,21 @@ void AutopilotTask::fail(Failure failure) {
 std::string_view name(Task task) { return task == Task::kTakeOff ? "take-off" : "landing"; }
 
 void describe(TextLine& line, const AutopilotTask& task) {
-  line.add(name(task.task()));
-  switch (task.failure()) {
-    case AutopilotTask::Failure::kRefused:
-      line.add(" refused by the autopilot: ").add(task.answer().name).add(", code ");
-      line.add(static_cast<double>(task.answer().code), 0).add("; ").add(task.answer().remedy);
-      return;
-    case AutopilotTask::Failure::kNoAnswer:
-      line.add(": the autopilot does not answer, and its flight status does not show it");
-      return;
-    case AutopilotTask::Failure::kNotSent:
-      line.add(": the request could not be sent");
-      return;
-    case AutopilotTask::Failure::kNotStarted:
-      line.add(": the autopilot accepted it but did not begin");
-      return;
-    case AutopilotTask::Failure::kAborted:
-      line.add(": the autopilot aborted it");
-      return;
-    case AutopilotTask::Failure::kTimeout:
-      line.add(": the autopilot did not finish it in time");
-      return;
-    case AutopilotTask::Failure::kDrifted:
-      line.add(": it drifts with the wind and was ended");
-      return;
-    case AutopilotTask::Failure::kNone:
-      return;
+  constexpr std::array<std::string_view, 8> kWords{
+      // in the order of Failure
+      "",
+      " refused by the autopilot: ",
+      ": the autopilot does not answer, and its flight status does not show it",
+      ": the request could not be sent",
+      ": the autopilot accepted it but did not begin",
+      ": the autopilot aborted it",
+      ": the autopilot did not finish it in time",
+      ": it drifts with the wind and was ended",
+  };
+  line.add(name(task.task())).add(kWords[static_cast<std::size_t>(task.failure())]);
+  if (task.failure() == AutopilotTask::Failure::kRefused) {
+    line.add(task.answer().name).add(", code ").add(static_cast<double>(task.answer().code), 0);
+    line.add("; ").add(task.answer().remedy);
   }
 }
 

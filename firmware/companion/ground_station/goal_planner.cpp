@@ -107,51 +107,30 @@ bool is_upward(const mavlink::SetPositionTargetLocalNed& goal, double height_m, 
 }  // namespace
 
 std::string_view name(GoalResult answer) {
-  switch (answer) {
-    case GoalResult::kAccepted:
-      return "it flies there";
-    case GoalResult::kUnchanged:
-      return "it flies there already";
-    case GoalResult::kNotFlying:
-      return "refused: the aircraft does not fly by goals now";
-    case GoalResult::kFrame:
-      return "refused: only the frame LOCAL_NED counts";
-    case GoalResult::kMask:
-      return "refused: a mask must name a position or a yaw";
-    case GoalResult::kNotFinite:
-      return "refused: not finite, or farther than 1 km";
-    case GoalResult::kDegrees:
-      return "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians";
-    case GoalResult::kUpward:
-      return "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down";
-    case GoalResult::kReturningToStart:
-      return "refused: the battery is low, and the aircraft flies to where the flight began";
-    case GoalResult::kUnsigned:
-      return "refused: without a signature only the sender of --set-points-from counts";
-    case GoalResult::kFirst:
-      return "a motion alone begins nothing";
-    case GoalResult::kStream:
-      return "a stream of set points, flown as it comes";
-    case GoalResult::kStreamFence:
-      return "a stream that leads beyond the fence: it stays inside";
-    case GoalResult::kStreamSpeed:
-      return "a stream that is too fast: the speed is cut to its limit";
-    case GoalResult::kStreamAcceleration:
-      return "a stream that needs too much tilt: the acceleration is cut to its limit";
-    case GoalResult::kStreamFar:
-      return "a stream that is too far away to join: it flies there first";
-    case GoalResult::kStreamEnded:
-      return "the stream of set points has ended: it brakes and holds";
-    case GoalResult::kSecondSender:
-      return "refused: set points of another sender lead, until they pause for 0.3 s";
-    case GoalResult::kMixedMasks:
-      return "refused: the masks of a stream must not change, until it pauses for 0.3 s";
-    case GoalResult::kPartialMask:
-      return "refused: a mask must name position or velocity, each with all three axes, and no force";
-    case GoalResult::kHeld:
-      return "refused: an order to hold stopped this stream, until it pauses for 0.3 s";
-  }
-  return "";
+  constexpr std::array<std::string_view, kGoalResults> kNames{  // in the order of GoalResult
+      "it flies there",
+      "it flies there already",
+      "refused: the aircraft does not fly by goals now",
+      "refused: only the frame LOCAL_NED counts",
+      "refused: a mask must name a position or a yaw",
+      "refused: not finite, or farther than 1 km",
+      "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians",
+      "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down",
+      "refused: the battery is low, and the aircraft flies to where the flight began",
+      "refused: without a signature only the sender of --set-points-from counts",
+      "a motion alone begins nothing",
+      "a stream of set points, flown as it comes",
+      "a stream that leads beyond the fence: it stays inside",
+      "a stream that is too fast: the speed is cut to its limit",
+      "a stream that needs too much tilt: the acceleration is cut to its limit",
+      "a stream that is too far away to join: it flies there first",
+      "the stream of set points has ended: it brakes and holds",
+      "refused: set points of another sender lead, until they pause for 0.3 s",
+      "refused: the masks of a stream must not change, until it pauses for 0.3 s",
+      "refused: a mask must name position or velocity, each with all three axes, and no force",
+      "refused: an order to hold stopped this stream, until it pauses for 0.3 s",
+  };
+  return kNames[static_cast<std::size_t>(answer)];
 }
 
 template <typename T>

@@ -81,19 +81,14 @@ void add_lost_estimate(TextLine& line, const safety::Observation& seen) {
 }
 
 std::string_view failure_text(safety::FlightFailure failure) {
-  switch (failure) {
-    case safety::FlightFailure::kTilt:
-      return "the aircraft is tilted by more than 45 degrees";
-    case safety::FlightFailure::kTumbling:
-      return "the aircraft tumbles: more than one revolution per second";
-    case safety::FlightFailure::kFreeFall:
-      return "the aircraft falls: no thrust for 0.3 s";
-    case safety::FlightFailure::kCrash:
-      return "crash: a tilt far from the commanded one for 2 s, or a shock and then no motion";
-    case safety::FlightFailure::kNone:
-      break;
-  }
-  return "no failure";
+  constexpr std::array<std::string_view, 5> kTexts{  // in the order of FlightFailure
+      "no failure",
+      "the aircraft is tilted by more than 45 degrees",
+      "the aircraft tumbles: more than one revolution per second",
+      "the aircraft falls: no thrust for 0.3 s",
+      "crash: a tilt far from the commanded one for 2 s, or a shock and then no motion",
+  };
+  return kTexts[static_cast<std::size_t>(failure)];
 }
 
 void add_loss_of_flight(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
@@ -222,52 +217,30 @@ void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {
 
 void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
   using State = ctl::Excitation<double>::State;
-  using Abort = ctl::Excitation<double>::Abort;
   constexpr std::array<std::string_view, ctl::kStickAxes> kSticks{"roll", "pitch", "throttle", "yaw"};
-  const auto piece = [&] {
-    line.add("piece ").add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
-    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
+  constexpr std::string_view kLost = "control is lost, or the failsafe left its top state";
+  constexpr std::array<std::string_view, 7> kAborts{  // in the order of Abort
+      kLost,
+      kLost,
+      "the aircraft would stop beyond the fence",
+      "the aircraft would stop beyond the excitation's own distance",
+      "the tilt is beyond its limit",
+      "the speed is beyond its limit",
+      "the law could not bring the aircraft to rest at its place",
   };
-  switch (excitation.state()) {
-    case State::kIdle:
-    case State::kReturning:
-      return;
-    case State::kMoving:
-      line.add("excitation: ");
-      piece();
-      return;
-    case State::kOver:
-      line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
-      return;
-    case State::kAborted:
-      break;
+  const State state = excitation.state();
+  if (state == State::kOver) {
+    line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
+  } else if (state == State::kMoving || state == State::kAborted) {
+    line.add(state == State::kMoving ? "excitation: piece " : "excitation aborted at piece ");
+    line.add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
+    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
   }
-  line.add("excitation aborted at ");
-  piece();
-  line.add(": ");
-  switch (excitation.abort()) {
-    case Abort::kFence:
-      line.add("the aircraft would stop beyond the fence");
-      break;
-    case Abort::kDistance:
-      line.add("the aircraft would stop beyond the excitation's own distance");
-      break;
-    case Abort::kTilt:
-      line.add("the tilt is beyond its limit");
-      break;
-    case Abort::kSpeed:
-      line.add("the speed is beyond its limit");
-      break;
-    case Abort::kNotAtRest:
-      line.add("the law could not bring the aircraft to rest at its place");
-      break;
-    case Abort::kFailsafe:
-    case Abort::kNone:
-      line.add("control is lost, or the failsafe left its top state");
-      break;
+  if (state == State::kAborted) {
+    line.add(": ").add(kAborts[static_cast<std::size_t>(excitation.abort())]);
+    line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
+    line.add(" m/s. The law has all sticks");
   }
-  line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
-  line.add(" m/s. The law has all sticks");
 }
 
 }  // namespace m100::companion
