@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
-#include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/start_position.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/flight_result.h"
 
-#include "firmware/companion/fly/excitation_result.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
 
@@ -31,6 +30,25 @@ Json to_json(const TrackingError& error) {
 
 Json to_json(const est::VibrationStatus& vibration) {
   return {{"rms_m_s2", vibration.rms_m_s2}, {"peak_m_s2", vibration.peak_m_s2}, {"clipped", vibration.clipped}};
+}
+
+Json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& file) {
+  using State = ctl::Excitation<double>::State;
+  const bool is_aborted = excitation.state() == State::kAborted;
+  Json out{{"pieces", file.pieces.size()},
+           {"flown", excitation.piece()},
+           {"length_s", file.length_s()},
+           {"from_s", core::seconds<double>(excitation.began().time_since_epoch())},
+           {"to_s", core::seconds<double>(excitation.ended().time_since_epoch())},
+           {"over", excitation.state() == State::kOver},
+           {"aborted", is_aborted}};
+  if (is_aborted) {
+    out["abort"] = {{"why", ctl::Excitation<double>::name(excitation.abort())},
+                    {"axis", name(excitation.axis())},
+                    {"distance", excitation.distance()},
+                    {"speed", excitation.speed()}};
+  }
+  return out;
 }
 
 }  // namespace
@@ -72,7 +90,7 @@ Json flight_result(const FlyOptions& options, const FlightFiles& orders, const F
                        {"frequency_hz", told.limit_cycle()->limit_cycle.frequency_hz}};
   }
   if (orders.excitation) {
-    out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
+    out["excitation"] = to_json(controller.excitation(), *orders.excitation);
   }
   return out;
 }

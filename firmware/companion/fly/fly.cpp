@@ -13,7 +13,6 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
-#include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/flight.h"

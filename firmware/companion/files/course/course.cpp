@@ -255,6 +255,17 @@ class CourseBuilder {
 
 }  // namespace
 
+std::string course_help() {
+  std::string help =
+      "A course file has one piece per line; places are offsets from the start [m, rad], along the axes of the "
+      "world:\n";
+  for (const CourseWord& word : kCourseWords) {
+    help += "  " + std::string(word.word) + (word.arguments.empty() ? "" : " ") + std::string(word.arguments) +
+            "\n      " + std::string(word.sentence) + "\n";
+  }
+  return help;
+}
+
 template <typename T>
 std::vector<CoursePiece> parse_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,
                                       const std::string& name) {
