@@ -144,16 +144,16 @@ void wait_for_log(const FlyOptions& options, const std::optional<LogFile>& log, 
 }
 
 /// The commands of the operator and of the ground station.
-SequencerInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
-                        const FlightSequencer& sequencer, core::TimePoint now) {
-  const OperatorInput input = read_operator_input();
-  const OperatorInput commanded = port.has_ground_station()
-                                      ? ground_station.tick(now, controller, sequencer_status(sequencer, now))
-                                      : OperatorInput{};
-  return {.toggle_control = input.toggle_control || commanded.toggle_control,
-          .land = input.land || commanded.land,
-          .stops = stops(),
-          .goal_led = ground_station.has_goal()};
+OperatorInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
+                       const FlightSequencer& sequencer, core::TimePoint now) {
+  OperatorInput input = read_operator_input();
+  if (port.has_ground_station()) {
+    const OperatorInput commanded = ground_station.tick(now, controller, sequencer.status(now));
+    input.toggle_control = input.toggle_control || commanded.toggle_control;
+    input.land = input.land || commanded.land;
+  }
+  input.goal_led = ground_station.has_goal();
+  return input;
 }
 
 /// Prints the closing lines, writes the result, and closes the log, which may wait for the medium.
@@ -244,7 +244,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
     stream.publish(record, pose_port.min_time());
     writer.show(record);
     health.tick(record);
-    SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
+    OperatorInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;
     if (!sequencer.tick(now, input)) {
       break;

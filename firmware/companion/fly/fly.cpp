@@ -119,7 +119,7 @@ OperatorInput read_operator_input() {
   const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   const bool land = typed.substr(0, typed.find_first_of("\r\n")) == "land";
   const bool signalled = word_signal.exchange(false);
-  return {.toggle_control = signalled || (!typed.empty() && !land), .land = land};
+  return {.toggle_control = signalled || (!typed.empty() && !land), .land = land, .stops = stops()};
 }
 
 void discard_operator_input() {
