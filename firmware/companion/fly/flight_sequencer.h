@@ -9,7 +9,6 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/fly/autopilot_task.h"
 #include "firmware/companion/fly/flight_reporter.h"
-#include "firmware/companion/fly/flight_request.h"
 #include "firmware/companion/fly/monitor/landing_monitor.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/fly/monitor/tracking_error.h"
