@@ -53,15 +53,6 @@ Json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& fi
 
 }  // namespace
 
-Json clock_steps_json(std::span<const ClockStep> steps) {
-  Json out = Json::array();
-  for (const ClockStep& step : steps) {
-    out.push_back(
-        {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
-  }
-  return out;
-}
-
 Json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
                    const app::FlightController<double>& controller, std::uint32_t stalls,
                    const safety::Limits& limits) {
@@ -95,12 +86,22 @@ Json flight_result(const FlyOptions& options, const FlightFiles& orders, const F
   return out;
 }
 
-Json ground_station_result(const GroundStationStats& heard) {
-  return {{"goals", heard.goals},
-          {"orders", heard.orders},
-          {"orders_lost", heard.orders_lost},
-          {"requests", heard.requests},
-          {"requests_lost", heard.requests_lost}};
+Json pose_result(const app::FlightController<double>& controller, const link::SignedLineStats* signatures,
+                 std::span<const ClockStep> steps, const GroundStationStats& heard) {
+  Json pose = pose_json(controller.pose_link());
+  pose["clock_steps"] = Json::array();
+  for (const ClockStep& step : steps) {
+    pose["clock_steps"].push_back(
+        {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
+  }
+  return {{"pose", std::move(pose)},
+          {"pose_link", companion::to_json(controller.pose_link().stats(), signatures)},
+          {"ground_station",
+           {{"goals", heard.goals},
+            {"orders", heard.orders},
+            {"orders_lost", heard.orders_lost},
+            {"requests", heard.requests},
+            {"requests_lost", heard.requests_lost}}}};
 }
 
 }  // namespace m100::companion
