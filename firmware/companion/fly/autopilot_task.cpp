@@ -186,7 +186,7 @@ void AutopilotTask::fail(Failure failure) {
 
 std::string_view name(Task task) { return task == Task::kTakeOff ? "take-off" : "landing"; }
 
-void describe(TextLine& line, const AutopilotTask& task) {
+TextLine describe(const AutopilotTask& task) {
   constexpr std::array<std::string_view, 8> kWords{
       // in the order of Failure
       "",
@@ -198,11 +198,13 @@ void describe(TextLine& line, const AutopilotTask& task) {
       ": the autopilot did not finish it in time",
       ": it drifts with the wind and was ended",
   };
+  TextLine line;
   line.add(name(task.task())).add(kWords[static_cast<std::size_t>(task.failure())]);
   if (task.failure() == AutopilotTask::Failure::kRefused) {
     line.add(task.answer().name).add(", code ").add(static_cast<double>(task.answer().code), 0);
     line.add("; ").add(task.answer().remedy);
   }
+  return line;
 }
 
 }  // namespace m100::companion

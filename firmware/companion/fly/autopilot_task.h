@@ -91,7 +91,7 @@ class AutopilotTask {
 
 /// "take-off" or "landing".
 std::string_view name(protocol::Task task);
-/// Adds the task and why it failed; after a refusal, with the autopilot's code.
-void describe(TextLine& line, const AutopilotTask& task);
+/// The task and why it failed; after a refusal, with the autopilot's code.
+TextLine describe(const AutopilotTask& task);
 
 }  // namespace m100::companion

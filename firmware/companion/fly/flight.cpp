@@ -214,9 +214,7 @@ void conclude(const FlyOptions& options, Json result, const Controller& controll
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
   if (sequencer.reporter().limit_cycle()) {
-    TextLine line;
-    describe_limit_cycle(line, *sequencer.reporter().limit_cycle());
-    words << line.text() << "\n";
+    words << describe_limit_cycle(*sequencer.reporter().limit_cycle()).text() << "\n";
   }
   if (!options.log.empty()) {
     words << "  page       m100-lab flight " << printable(options.log) << " --out flight.html  (on the PC)\n";

@@ -10,13 +10,11 @@ namespace {
 Json steps_json(std::span<const safety::FailsafeStep> steps, const safety::Limits& limits) {
   Json out = Json::array();
   for (const safety::FailsafeStep& step : steps) {
-    TextLine seen;
-    describe(seen, step.reason, step.seen, limits);
     out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
                    {"from", safety::name(step.from)},
                    {"to", safety::name(step.to)},
                    {"cause", safety::name(step.reason)},
-                   {"seen", std::string(seen.text())}});
+                   {"seen", describe(step.reason, step.seen, limits).text()}});
   }
   return out;
 }

@@ -151,12 +151,6 @@ void open_or_explain(hal::SerialPort& port) {
   }
 }
 
-std::string describe(const link::AuthorityView& authority) {
-  TextLine line;
-  describe(line, authority);
-  return std::string(line.text());
-}
-
 core::TimePoint TickClock::next() {
   const core::TimePoint ended = clock_.now();
   const bool late = ended - deadline_ > core::kTickPeriod;

@@ -80,9 +80,6 @@ void open_or_explain(hal::SerialPort& port);
 /// Prints a line for the operator, by the LineWriter if there is one.
 void print_line(std::string_view line);
 
-/// One line with the state of the authority table, and the remedy if there is one.
-std::string describe(const link::AuthorityView& authority);
-
 /// Ticks of 10 ms by absolute deadlines; a tick that ends more than a period after its deadline starts the grid anew.
 class TickClock {
  public:

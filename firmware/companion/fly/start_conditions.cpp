@@ -77,8 +77,7 @@ void StartConditions::report_awaited(core::TimePoint now, bool waits) {
   if (now - clear_ > kObstacleReported && reported_denial_ == safety::FailsafeReason::kNone) {
     reported_denial_ = cause;
     TextLine line;
-    line.add("control is not asked for yet; ");
-    describe(line, cause, controller_.observed(), limits_);
+    line.add("control is not asked for yet; ").add(describe(cause, controller_.observed(), limits_));
     add_refused_poses(line, cause, now);
     operator_log_.write(now, line.add(": ").add(remedy_for(cause)).text());
   }
@@ -117,8 +116,7 @@ void StartConditions::report_position(core::TimePoint now, bool takes_off, bool 
 
 void StartConditions::report_denial(core::TimePoint now, safety::FailsafeReason cause, bool program_ends) const {
   TextLine line;
-  line.add("control is not taken; ");
-  describe(line, cause, controller_.observed(), limits_);
+  line.add("control is not taken; ").add(describe(cause, controller_.observed(), limits_));
   add_refused_poses(line, cause, now);
   operator_log_.write(now, line.add(": ").add(remedy_for(cause)).add("; ").add(next_input(program_ends)).text());
 }

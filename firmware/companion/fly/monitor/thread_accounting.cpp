@@ -50,10 +50,11 @@ core::Duration run_queue_time(std::string_view schedstat) {
   return std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(time_ns));
 }
 
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts) {
+TextLine describe(core::Duration stall, const ThreadCounts& counts) {
+  TextLine line;
   line.add("this program stood still for ").add(core::seconds<double>(stall), 3);
   line.add(" s: ready to run but without a processor for ").add(core::seconds<double>(counts.without_processor), 3);
-  line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
+  return line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
 }
 
 }  // namespace m100::companion

@@ -38,6 +38,6 @@ class ThreadAccounting {
 core::Duration run_queue_time(std::string_view schedstat);
 
 /// The cause of a stall in words.
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts);
+TextLine describe(core::Duration stall, const ThreadCounts& counts);
 
 }  // namespace m100::companion

@@ -161,9 +161,7 @@ CheckResult judge(const est::VibrationStatus& seen) {
             "set acceleration to 100 Hz in DJI's assistant"};
   }
   const bool is_strong = seen.velocity_sigma_m_s >= kReportedVibration_m_s;
-  TextLine finding;
-  describe_vibration(finding, seen);
-  return {kVibration, is_strong ? Health::kDoubtful : Health::kGood, std::string(finding.text()),
+  return {kVibration, is_strong ? Health::kDoubtful : Health::kGood, std::string(describe_vibration(seen).text()),
           std::string(is_strong ? kVibrationRemedy : "")};
 }
 
