@@ -16,6 +16,7 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "firmware/link/pose/pose_fault.h"
 #include "hal/linux/udp_port.h"
 #include "host_tests/lab/bridge/descriptor.h"
@@ -24,7 +25,6 @@
 #include "host_tests/lab/bridge/vrpn_source.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/key_file.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/mavlink/parser.h"
@@ -228,7 +228,7 @@ Counts run_bridge(const BridgeOptions& options, const mavlink::Key& key) {
 
 void run(const BridgeOptions& options) {
   companion::FileUse().reads("--mavlink-key", options.key_file).writes("--json", options.json).check();
-  const protocol::CipherKey read = read_key(options.key_file);
+  const protocol::CipherKey read = companion::read_key(options.key_file);
   mavlink::Key key;
   std::transform(read.begin(), read.end(), key.begin(), [](std::uint8_t byte) { return std::byte{byte}; });
   std::signal(SIGINT, on_signal);
