@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdio>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -28,22 +28,19 @@ class Load {
   explicit Load(const std::string& folder) : file_(folder + "/m100-doctor-XXXXXX") {
     const unsigned loops = std::max(2U, std::thread::hardware_concurrency());
     for (unsigned i = 0; i < loops; ++i) {
-      threads_.emplace_back([this] {
-        while (runs_) {
+      threads_.emplace_back([](const std::stop_token& ends) {
+        while (!ends.stop_requested()) {
         }
       });
     }
     descriptor_ = mkstemp(file_.data());
     if (descriptor_ >= 0) {
       (void)unlink(file_.c_str());
-      threads_.emplace_back([this] { write_to_disk(); });
+      threads_.emplace_back([this](const std::stop_token& ends) { write_to_disk(ends); });
     }
   }
   ~Load() {
-    runs_ = false;
-    for (std::thread& thread : threads_) {
-      thread.join();
-    }
+    threads_.clear();  // asked to end, and waited for
     if (descriptor_ >= 0) {
       (void)close(descriptor_);
     }
@@ -52,9 +49,9 @@ class Load {
   Load& operator=(const Load&) = delete;
 
  private:
-  void write_to_disk() {
+  void write_to_disk(const std::stop_token& ends) const {
     const std::vector<char> block(std::size_t{1} << 20U, 'x');
-    while (runs_) {
+    while (!ends.stop_requested()) {
       (void)!pwrite(descriptor_, block.data(), block.size(), 0);
       (void)fsync(descriptor_);
     }
@@ -62,8 +59,7 @@ class Load {
 
   std::string file_;
   int descriptor_ = -1;
-  std::atomic<bool> runs_{true};
-  std::vector<std::thread> threads_;
+  std::vector<std::jthread> threads_;
 };
 
 /// A pseudo-terminal to read from, with a package of telemetry in each tick.
