@@ -49,19 +49,6 @@ link::LinkConfig link_config(const FlyOptions& options) {
   return config;
 }
 
-void check_files(const FlyOptions& options) {
-  FileUse use = files_of(options.pose, options.port);
-  use.reads("--key-file", options.key_file)
-      .reads("--vehicle", options.vehicle)
-      .reads("--gains", options.gains)
-      .reads("--flight", options.flight)
-      .reads("--course", options.course)
-      .reads("--excite", options.excite)
-      .writes("--json", options.json)
-      .creates("--log", options.log)
-      .check();
-}
-
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
   (void)receiver_of(options.live.to);  // refuses a malformed address before anything begins
@@ -83,6 +70,19 @@ void run(const FlyOptions& options) {
 }
 
 }  // namespace
+
+void check_files(const FlyOptions& options) {
+  FileUse use = files_of(options.pose, options.port);
+  use.reads("--key-file", options.key_file)
+      .reads("--vehicle", options.vehicle)
+      .reads("--gains", options.gains)
+      .reads("--flight", options.flight)
+      .reads("--course", options.course)
+      .reads("--excite", options.excite)
+      .writes("--json", options.json)
+      .creates("--log", options.log)
+      .check();
+}
 
 PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(options)) {
   check_files(options);

@@ -20,7 +20,7 @@ namespace m100::companion {
 
 class Subcommand;
 
-/// The options of `fly`; `handshake` uses those of the link, too.
+/// The options of `fly`; `handshake`, `record` and `check` have some of them.
 struct FlyOptions {
   std::string port;
   std::uint32_t baud = 230400;
@@ -51,6 +51,9 @@ struct FlyOptions {
   std::string log;
   LiveOptions live;
 };
+
+/// Refuses files that cannot be used, see FileUse. Errors: FileUseError.
+void check_files(const FlyOptions& options);
 
 /// Adds the options of the link to a subcommand.
 void add_link_options(const Subcommand& app, FlyOptions& options);
