@@ -36,10 +36,10 @@ bool is_at_beginning(Task task, FlightStatus status) {
 
 }  // namespace
 
-LandedState::LandedState(const link::SerialLink& link, core::TimePoint now) {
+std::optional<bool> is_on_ground(const link::SerialLink& link, core::TimePoint now) {
   const core::TimePoint came = link.received_at(protocol::TelemetryItem::kFlightStatus);
-  known = came != core::TimePoint{} && now - came <= kStatusTimeout;
-  on_ground = known && is_on_ground(link.telemetry().flight_status);
+  const bool is_known = came != core::TimePoint{} && now - came <= kStatusTimeout;
+  return is_known ? std::optional(is_on_ground(link.telemetry().flight_status)) : std::nullopt;
 }
 
 void AutopilotTask::start(Task task, core::TimePoint now) {
@@ -55,21 +55,12 @@ AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& contro
   if (is_flown() && drifts(now, controller)) {
     fail(Failure::kDrifted);
   }
-  switch (state_) {
-    case State::kWaiting:
-      send_request(now, controller);
-      break;
-    case State::kRequested:
-      update_answer(now, controller);
-      break;
-    case State::kActive:
-      update_status(now, controller.link());
-      break;
-    case State::kNone:
-    case State::kDone:
-    case State::kWouldDrift:
-    case State::kFailed:
-      break;
+  if (state_ == State::kWaiting) {
+    send_request(now, controller);
+  } else if (state_ == State::kRequested) {
+    update_answer(now, controller);
+  } else if (state_ == State::kActive) {
+    update_status(now, controller.link());
   }
   if (is_flown() || state_ == State::kWaiting) {
     controller.task_flies(in_air(controller));

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "firmware/companion/files/course/course_line.h"
-#include "firmware/companion/files/course/course_table.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
