@@ -18,8 +18,8 @@
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/link/pose/pose_fault.h"
+#include "hal/linux/descriptor.h"
 #include "hal/linux/udp_port.h"
-#include "host_tests/lab/bridge/descriptor.h"
 #include "host_tests/lab/bridge/plain_pose.h"
 #include "host_tests/lab/bridge/sender.h"
 #include "host_tests/lab/bridge/vrpn_source.h"
@@ -33,8 +33,8 @@
 namespace m100::lab {
 namespace {
 
-using bridge::Descriptor;
 using bridge::Sender;
+using hal::Descriptor;
 
 struct BridgeOptions {
   std::string listen = "udp:9763";
