@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace m100::lab::logs {
@@ -61,10 +62,16 @@ void align_rates(FlightLog& log) {
   if (log.alignment.evidence != "none" || !log.has(Signal::kRateX) || !log.has(Signal::kAttitudeRoll)) {
     return;
   }
-  const auto& roll = log.of(Signal::kAttitudeRoll);
+  const auto slope = [&log](Signal angle, std::size_t k) {
+    const std::vector<double>& values = log.of(angle);
+    return std::remainder(values[k + 1] - values[k - 1], 2.0 * std::numbers::pi) / (2.0 * log.period_s);
+  };
+  const bool turns = log.has(Signal::kAttitudePitch) && log.has(Signal::kAttitudeYaw);
   std::vector<double> turning(log.size, 0.0);
-  for (std::size_t k = 1; k + 1 < log.size; ++k) {
-    turning[k] = (roll[k + 1] - roll[k - 1]) / (2.0 * log.period_s);
+  for (std::size_t k = 0; log.size > 2 && k < log.size; ++k) {
+    const std::size_t at = std::clamp<std::size_t>(k, 1, log.size - 2);
+    turning[k] = slope(Signal::kAttitudeRoll, at) -
+                 (turns ? std::sin(log.of(Signal::kAttitudePitch)[at]) * slope(Signal::kAttitudeYaw, at) : 0.0);
   }
   const Lag lag = best_lag(turning, log.of(Signal::kRateX), static_cast<int>(kLongestRateShift_s / log.period_s + 0.5));
   if (lag.peak < kRateEvidence) {
