@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <iomanip>
 
+#include "host_tests/lab/on_all_cores.h"
+
 namespace m100::lab::experiments {
 namespace {
 
@@ -40,13 +42,24 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
+/// The plan's flights, one for each seed. Only the first one may keep its log.
+std::vector<FlightResult> fly_seeds(const FlightPlan& plan, const SuiteOptions& options) {
+  std::vector<FlightResult> out(static_cast<std::size_t>(options.seeds));
+  on_all_cores(out.size(), [&](std::size_t i) {
+    FlightPlan own = plan;
+    own.seed = options.seed + i;
+    own.keep_log = i == 0 && plan.keep_log;
+    out[i] = fly(own);
+  });
+  return out;
+}
+
 /// The mean of the task's flights with the plan's law; empty: it never obtained control. Adds to the simulated time and
 /// the baselines' refused flights of `result`.
-std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, TaskResult& result) {
+std::optional<Cell> baseline_of(const FlightPlan& plan, const Task& task, const SuiteOptions& options,
+                                TaskResult& result) {
   std::vector<Cell> cells;
-  for (int i = 0; i < options.seeds; ++i) {
-    plan.seed = options.seed + static_cast<std::uint64_t>(i);
-    const FlightResult flight = fly(plan);
+  for (const FlightResult& flight : fly_seeds(plan, options)) {
     result.simulated_s += flight.simulated_s;
     if (flight.flew) {
       cells.push_back(score(flight.trace, task.from_s, task.to_s));
@@ -88,10 +101,9 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   plan.paper_100_hz = options.paper_100_hz;
   plan.law = options.law;
   plan = options.paper_law ? in_paper_configuration(plan) : plan;
-  for (int i = 0; i < options.seeds; ++i) {
-    plan.seed = options.seed + static_cast<std::uint64_t>(i);
-    plan.keep_log = i == 0 && options.keep_log;
-    const FlightResult flight = fly(plan);
+  plan.keep_log = bool(options.keep_log);
+  const std::vector<FlightResult> flights = fly_seeds(plan, options);
+  for (const FlightResult& flight : flights) {
     result.simulated_s += flight.simulated_s;
     result.seconds_per_flight += flight.computer_time_s / options.seeds;
     result.largest_tilt_deg = std::max(result.largest_tilt_deg, flight.largest_tilt_deg);
@@ -101,10 +113,11 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
       continue;
     }
     cells.push_back(score(flight.trace, task.from_s, task.to_s));
-    if (plan.keep_log) {
+    const bool is_first = &flight == &flights.front();
+    if (is_first && plan.keep_log) {
       options.keep_log(task, std::string(flight.log.begin(), flight.log.end()));
     }
-    if (i == 0) {
+    if (is_first) {
       for (std::size_t k = 0; k < flight.trace.size(); k += 5) {
         result.trace.push_back(flight.trace[k]);
       }
