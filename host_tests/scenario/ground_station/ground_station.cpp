@@ -78,17 +78,10 @@ std::string GroundStation::key_text() {
 }
 
 void GroundStation::start_autopilot(const std::filesystem::path& events, const std::vector<std::string>& more) {
-  std::vector<std::string> words{"autopilot",
-                                 "--pty",
-                                 "sim:" + (folder_ / "n1").string(),
-                                 "--pose-pty",
-                                 "sim:" + (folder_ / "n1_pose").string(),
-                                 "--events",
-                                 events.string(),
-                                 "--duration",
-                                 "600"};
-  words.insert(words.end(), more.begin(), more.end());
-  autopilot_ = std::make_unique<scenario::Process>(M100_LAB_PROGRAM, words);
+  const std::string line = "sim:" + (folder_ / "n1").string();
+  const Words words{"autopilot", "--pty",         line,         "--pose-pty", line + "_pose",
+                    "--events",  events.string(), "--duration", "600"};
+  autopilot_ = std::make_unique<scenario::Process>(M100_LAB_PROGRAM, with(words, more));
   if (!host_.wait_for([this] { return host_.is_attached(autopilot_->id()); }, kStart_s)) {
     throw std::runtime_error("the autopilot did not start");
   }

@@ -21,6 +21,8 @@
 namespace m100::ground_station {
 
 using Packet = std::vector<std::byte>;
+using scenario::with;
+using scenario::Words;
 
 /// A UDP socket on the loopback interface.
 class Socket {

@@ -95,34 +95,16 @@ struct MavrosTest : GroundStationFlight {
     }
   }
 
-  bool start(std::vector<std::string> more) {
+  bool start(const Words& more) {
     ground_station->start_autopilot(events);
-    std::vector<std::string> words{"fly",
-                                   "--port",
-                                   ground_station->port(),
-                                   "--pose-port",
-                                   loopback_port(),
-                                   "--pose-from",
-                                   "1:240",
-                                   "--vehicle",
-                                   vehicle.string(),
-                                   "--gains",
-                                   table.string(),
-                                   "--flight",
-                                   flight_file.string(),
-                                   "--json",
-                                   result.string(),
-                                   "--log",
-                                   log.string(),
-                                   "--take-control",
-                                   "--once"};
-    words.insert(words.end(), more.begin(), more.end());
-    return ground_station->start(words, errors);
+    const Words words{"fly",   "--port", ground_station->port(), "--pose-port", loopback_port(), "--pose-from",
+                      "1:240", "--json", result.string(),        "--log",       log.string(),    "--take-control",
+                      "--once"};
+    return ground_station->start(with(with(words, models()), more), errors);
   }
   void pass(double seconds) {
     (void)ground_station->run_until([] { return false; }, seconds);
   }
-  Json reported() const { return Json::parse(scenario::text_of(result)); }
 };
 
 /// A program of this machine that sends from another address than 127.0.0.1.

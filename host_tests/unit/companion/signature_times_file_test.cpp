@@ -6,9 +6,9 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "firmware/companion/files/text/text_file.h"
+#include "host_tests/own_folder.h"
 
 namespace m100::companion {
 namespace {
@@ -83,12 +83,9 @@ TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {
   }
 }
 
-struct ReplayFileTest : ::testing::Test {
-  const fs::path folder = fs::temp_directory_path() / ("m100_replay_file_" + std::to_string(getpid()));
-  const std::string key = (folder / "key").string();
+struct ReplayFileTest : host_tests::FolderTest {
+  const std::string key = path("key");
   const std::string path_for = key + ".accepted";
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
 };
 
 TEST_F(ReplayFileTest, OutlivesTheProgram) {
@@ -118,8 +115,8 @@ TEST_F(ReplayFileTest, AProgramThatIsKilledIsRememberedFurtherThanItWas) {
 }
 
 TEST_F(ReplayFileTest, WhatCannotBeWrittenIsRefusedBeforeAnythingFlies) {
-  EXPECT_THROW(SignatureTimesFile((folder / "none" / "key").string()), UsageError);
-  std::ofstream(path_for) << "rubbish\n";
+  EXPECT_THROW(SignatureTimesFile(path("none/key")), UsageError);
+  made("key.accepted", "rubbish\n");
   EXPECT_THROW(SignatureTimesFile{key}, FileError);
 }
 
