@@ -22,7 +22,7 @@ struct LoopbackFlight : MavrosTest {};
 // While MAVROS flies it, false poses come from another program, under MAVROS' own number from another address of this
 // machine, and goals and orders from whoever reaches the loopback, as through a ground-station proxy.
 TEST_F(LoopbackFlight, PosesOfTheNamedSenderAreFlownAndNothingElseMovesTheAircraft) {
-  const OtherAddress elsewhere("127.0.0.2");
+  const Socket elsewhere(INADDR_LOOPBACK + 1);
   const auto number = static_cast<std::uint16_t>(std::stoi(ground_station->pose_port().substr(4)));
   ground_station->on_pose = [&](const mavlink::AttPosMocap& seen) {
     mavlink::AttPosMocap wrong = seen;

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "firmware/companion/files/recorded_flight.h"
+#include "hal/linux/descriptor.h"
 #include "host_tests/scenario/program/program_fixture.h"
 
 namespace m100::scenario {
@@ -132,33 +133,25 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
 class Terminal {
  public:
   Terminal() : other_end_(posix_openpt(O_RDWR | O_NOCTTY)) {
-    EXPECT_TRUE(other_end_ >= 0 && grantpt(other_end_) == 0 && unlockpt(other_end_) == 0);
-    screen_ = open(ptsname(other_end_), O_RDWR | O_NOCTTY);
-    EXPECT_GE(screen_, 0);
+    EXPECT_TRUE(grantpt(other_end_.number) == 0 && unlockpt(other_end_.number) == 0);
+    screen_ = hal::Descriptor(open(ptsname(other_end_.number), O_RDWR | O_NOCTTY));
+    EXPECT_GE(screen(), 0);
   }
-  ~Terminal() {
-    close(screen_);
-    close(other_end_);
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  int screen() const { return screen_; }
+  int screen() const { return screen_.number; }
   /// Writes this many bytes to the screen, or as many as it takes. @returns their number.
   std::size_t fill(std::size_t bytes) const {
-    const int own = open(ptsname(other_end_), O_WRONLY | O_NOCTTY | O_NONBLOCK);
+    const hal::Descriptor own(open(ptsname(other_end_.number), O_WRONLY | O_NOCTTY | O_NONBLOCK));
     const std::string text(64, '.');
     std::size_t written = 0;
     for (ssize_t count = 1; count > 0 && written < bytes;
          written += static_cast<std::size_t>(std::max<ssize_t>(count, 0))) {
-      count = ::write(own, text.data(), std::min(text.size(), bytes - written));
+      count = ::write(own.number, text.data(), std::min(text.size(), bytes - written));
     }
-    close(own);
     return written;
   }
 
  private:
-  int other_end_, screen_ = -1;
+  hal::Descriptor other_end_, screen_;
 };
 
 // Ctrl-S in the terminal stops its output, but must not stop the tick.

@@ -8,6 +8,7 @@
 
 #include <cmath>
 
+#include "hal/linux/descriptor.h"
 #include "host_tests/scenario/program/world_fixture.h"
 #include "host_tests/sim/world/plant.h"
 #include "protocol/dji/frame_encoder.h"
@@ -23,39 +24,32 @@ namespace {
 class FarEnd {
  public:
   FarEnd() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    EXPECT_TRUE(descriptor_ >= 0 && grantpt(descriptor_) == 0 && unlockpt(descriptor_) == 0);
-    near_ = open(ptsname(descriptor_), O_RDWR | O_NOCTTY);  // sets raw mode before anyone else opens it: no echo
+    EXPECT_TRUE(grantpt(descriptor_.number) == 0 && unlockpt(descriptor_.number) == 0);
+    near_ =
+        hal::Descriptor(open(name().c_str(), O_RDWR | O_NOCTTY));  // sets raw mode before anyone else opens it: no echo
     termios raw{};
-    tcgetattr(near_, &raw);
+    tcgetattr(near_.number, &raw);
     cfmakeraw(&raw);
-    tcsetattr(near_, TCSANOW, &raw);
+    tcsetattr(near_.number, TCSANOW, &raw);
   }
-  ~FarEnd() {
-    close(near_);
-    close(descriptor_);
-  }
-  FarEnd(const FarEnd&) = delete;
-  FarEnd& operator=(const FarEnd&) = delete;
-
-  std::string name() const { return ptsname(descriptor_); }
+  std::string name() const { return ptsname(descriptor_.number); }
   /// Sends the bytes; drops them where the program has not yet read what came before, as it may on a busy machine: the
   /// line would in the end take only a part of a packet.
   void say(std::span<const std::byte> bytes) const {
     int unread = 0;
-    ASSERT_EQ(ioctl(near_, FIONREAD, &unread), 0);
+    ASSERT_EQ(ioctl(near_.number, FIONREAD, &unread), 0);
     if (unread < 2048) {
-      EXPECT_EQ(write(descriptor_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+      EXPECT_EQ(write(descriptor_.number, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
     }
   }
   std::size_t heard() const {
     std::array<std::byte, 256> bytes;
-    const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t count = read(descriptor_.number, bytes.data(), bytes.size());
     return static_cast<std::size_t>(std::max<ssize_t>(count, 0));
   }
 
  private:
-  int descriptor_;
-  int near_ = -1;
+  hal::Descriptor descriptor_, near_;
 };
 
 void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) {
