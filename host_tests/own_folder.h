@@ -16,6 +16,13 @@ inline std::string text_of(const std::filesystem::path& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
+/// Writes a file in the program's own folder, in place of a former one. @returns its path.
+inline std::string made(const std::string& name, const std::string& content) {
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / name;
+  std::ofstream(path, std::ios::binary) << content;
+  return path.string();
+}
+
 /// Each test begins with an empty folder. It goes with the program's own folder: see own_folder.cpp.
 struct FolderTest : ::testing::Test {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "test";
@@ -25,10 +32,8 @@ struct FolderTest : ::testing::Test {
     std::filesystem::create_directories(folder);
   }
   std::string path(const std::string& name) const { return (folder / name).string(); }
-  /// Writes a file of the folder, in place of a former one. @returns its path.
-  std::string made(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-    return path(name);
+  std::string made(const std::string& name, const std::string& content) const {
+    return host_tests::made("test/" + name, content);
   }
 };
 

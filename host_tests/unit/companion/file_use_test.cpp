@@ -16,6 +16,7 @@
 
 #include "firmware/companion/files/text/regular_file.h"
 #include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -28,12 +29,7 @@ struct FileUseTest : host_tests::FolderTest {
   }
   /// @returns the reason of the refusal, or "" if the use is allowed.
   static std::string refusal(const FileUse& use) {
-    try {
-      use.check();
-      return "";
-    } catch (const FileUseError& wrong) {
-      return wrong.what();
-    }
+    return host_tests::refusal_by<FileUseError>([&] { use.check(); });
   }
   /// All entries of the folder, with the size of each file.
   std::vector<std::string> content() const {

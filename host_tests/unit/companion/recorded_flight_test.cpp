@@ -9,6 +9,7 @@
 
 #include "firmware/log/flight_log.h"
 #include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -56,12 +57,8 @@ struct RecordedFlightTest : host_tests::FolderTest {
   }
   RecordedFlight read(const std::string& bytes) const { return read_flight(made("a.ulg", bytes)); }
   std::string refusal(const std::string& bytes) const {
-    try {
-      (void)read(bytes);
-      return "";
-    } catch (const FlightLogError& wrong) {
-      return std::string(wrong.what()).substr(path("a.ulg").size());
-    }
+    const std::string said = host_tests::refusal_by<FlightLogError>([&] { (void)read(bytes); });
+    return said.empty() ? "" : said.substr(path("a.ulg").size());
   }
 };
 

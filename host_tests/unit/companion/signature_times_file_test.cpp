@@ -9,6 +9,7 @@
 
 #include "firmware/companion/files/text/text_file.h"
 #include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -61,13 +62,9 @@ TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   for (int i = 0; i < 17; ++i) {
     many += "stream 1 " + std::to_string(i) + " 1 1\n";
   }
-  try {
-    (void)parse_replay_memory(many, "key.accepted");
-    FAIL();
-  } catch (const FileError& wrong) {
-    EXPECT_EQ(std::string(wrong.what()).find("key.accepted:18: "), 0U) << wrong.what();
-    EXPECT_NE(std::string(wrong.what()).find("make a new key"), std::string::npos) << wrong.what();
-  }
+  const std::string said = host_tests::refusal_by<FileError>([&] { (void)parse_replay_memory(many, "key.accepted"); });
+  EXPECT_EQ(said.find("key.accepted:18: "), 0U) << said;
+  EXPECT_NE(said.find("make a new key"), std::string::npos) << said;
 }
 
 TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {

@@ -11,6 +11,7 @@
 #include <functional>
 #include <thread>
 
+#include "host_tests/refusal.h"
 #include "host_tests/sim/body/body_choice.h"
 #include "host_tests/sim/body/step_response.h"
 #include "host_tests/sim/ports/loopback_socket.h"
@@ -68,15 +69,12 @@ class Peer {
 };
 
 std::string failure(const Peer& peer, int exchanges) {
-  try {
+  return host_tests::refusal_by<PhysicsError>([&] {
     PhysicsLink link(peer.address(), 400, kShort);
     for (int i = 0; i < exchanges; ++i) {
       link.exchange(kPulses);
     }
-  } catch (const PhysicsError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  });
 }
 
 TEST(PhysicsLink, SendsALostPacketAgainAndDropsRepeatedAndLateAnswers) {
