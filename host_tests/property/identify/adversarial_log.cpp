@@ -11,6 +11,7 @@
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/identify/request.h"
 #include "host_tests/property/identify/synthetic_axis.h"
+#include "host_tests/property/identify/unseen_log_vehicle.h"
 
 namespace m100::host_tests {
 namespace {
@@ -18,19 +19,8 @@ namespace {
 using lab::logs::FlightLog;
 using lab::logs::Signal;
 
-class RandomSource {
- public:
-  explicit RandomSource(std::uint64_t seed) : random_(seed * 6364136223846793005ULL + 1442695040888963407ULL) {}
-  double between(double low, double high) { return low + (high - low) * uniform_(random_); }
-  double sign() { return uniform_(random_) < 0.5 ? -1.0 : 1.0; }
-
- private:
-  std::mt19937_64 random_;
-  std::uniform_real_distribution<double> uniform_{0.0, 1.0};
-};
-
-using Maker = std::function<void(SyntheticAxis&, RandomSource&, AdversarialLog&)>;
-using Harm = std::function<void(FlightLog&, RandomSource&, AdversarialLog&)>;
+using Maker = std::function<void(SyntheticAxis&, UnseenLogRandom&, AdversarialLog&)>;
+using Harm = std::function<void(FlightLog&, UnseenLogRandom&, AdversarialLog&)>;
 
 struct Kind {
   std::string name;
@@ -40,7 +30,7 @@ struct Kind {
 
 /// A property of the vehicle changes at a random time in the middle of the log.
 Maker change(const std::string& named, const std::string& hidden, double low, double high, bool factor) {
-  return [=](SyntheticAxis& vehicle, RandomSource& rng, AdversarialLog& out) {
+  return [=](SyntheticAxis& vehicle, UnseenLogRandom& rng, AdversarialLog& out) {
     vehicle.change_s = out.change_s = rng.between(10.0, 36.0);
     const double size = rng.between(low, high);
     vehicle.hidden_later = vehicle.hidden;
@@ -54,7 +44,7 @@ Maker change(const std::string& named, const std::string& hidden, double low, do
 
 /// The stick is logged later than the vehicle's own delay, so that the response begins before it.
 Harm early_response(double net_low_s, double net_high_s) {
-  return [=](FlightLog& log, RandomSource& rng, AdversarialLog&) {
+  return [=](FlightLog& log, UnseenLogRandom& rng, AdversarialLog&) {
     const double earlier = (rng.between(net_low_s, net_high_s)) / log.period_s;
     std::vector<double>& stick = log.of(Signal::kStickRoll);
     const std::vector<double> old = stick;
@@ -68,21 +58,21 @@ Harm early_response(double net_low_s, double net_high_s) {
 }
 
 Harm scaled(Signal signal, double factor) {
-  return [=](FlightLog& log, RandomSource&, AdversarialLog&) {
+  return [=](FlightLog& log, UnseenLogRandom&, AdversarialLog&) {
     std::ranges::for_each(log.of(signal), [factor](double& value) { value *= factor; });
   };
 }
 
 Maker healthy() {
-  return [](SyntheticAxis&, RandomSource&, AdversarialLog& out) { out.healthy = true; };
+  return [](SyntheticAxis&, UnseenLogRandom&, AdversarialLog& out) { out.healthy = true; };
 }
 
 Maker finds(const std::string& what) {
-  return [=](SyntheticAxis&, RandomSource&, AdversarialLog& out) { out.finding = what; };
+  return [=](SyntheticAxis&, UnseenLogRandom&, AdversarialLog& out) { out.finding = what; };
 }
 
 Maker no_delay(const std::string& what) {
-  return [=](SyntheticAxis& vehicle, RandomSource&, AdversarialLog& out) {
+  return [=](SyntheticAxis& vehicle, UnseenLogRandom&, AdversarialLog& out) {
     vehicle.delay_s = 0.0;
     out.finding = what;
     out.healthy = what.empty();
@@ -92,18 +82,18 @@ Maker no_delay(const std::string& what) {
 
 /// Healthy vehicles, and vehicles that change in flight.
 std::vector<Kind> vehicle_kinds() {
-  const Harm none = [](FlightLog&, RandomSource&, AdversarialLog&) {};
+  const Harm none = [](FlightLog&, UnseenLogRandom&, AdversarialLog&) {};
   return {
       {"healthy", healthy(), none},
       {"healthy, slow strong air",
-       [](SyntheticAxis& vehicle, RandomSource& rng, AdversarialLog& out) {
+       [](SyntheticAxis& vehicle, UnseenLogRandom& rng, AdversarialLog& out) {
          vehicle.air_rad = rng.between(0.006, 0.01);
          vehicle.air_time_s = rng.between(1.0, 2.5);
          out.healthy = true;
        },
        none},
       {"healthy, calm",
-       [](SyntheticAxis& vehicle, RandomSource&, AdversarialLog& out) {
+       [](SyntheticAxis& vehicle, UnseenLogRandom&, AdversarialLog& out) {
          vehicle.air_rad = 0.001;
          vehicle.sensor_rad = 0.0005;
          out.healthy = true;
@@ -111,7 +101,7 @@ std::vector<Kind> vehicle_kinds() {
        none},
       {"healthy, no delay at all", no_delay(""), none},
       {"air three times stronger",
-       [](SyntheticAxis& vehicle, RandomSource&, AdversarialLog& out) {
+       [](SyntheticAxis& vehicle, UnseenLogRandom&, AdversarialLog& out) {
          vehicle.change_s = 30.0;
          vehicle.hidden_later["air"] = 3.0;
          out.finding = "note";
@@ -131,7 +121,7 @@ std::vector<Kind> log_kinds() {
       {"clock, net -20 to -60 ms", no_delay("clock_shift"), early_response(0.02, 0.06)},
       {"clock, net -10 ms", no_delay("clock_shift"), early_response(0.01, 0.01)},
       {"frozen samples", finds("frozen"),
-       [](FlightLog& log, RandomSource& rng, AdversarialLog&) {
+       [](FlightLog& log, UnseenLogRandom& rng, AdversarialLog&) {
          std::vector<double>& roll = log.of(Signal::kAttitudeRoll);
          for (double from_s = rng.between(5.0, 9.0); from_s < 43.0; from_s += rng.between(4.0, 9.0)) {
            const std::size_t first = log.index_of(from_s);
@@ -141,7 +131,7 @@ std::vector<Kind> log_kinds() {
          }
        }},
       {"outliers", finds("outliers"),
-       [](FlightLog& log, RandomSource& rng, AdversarialLog&) {
+       [](FlightLog& log, UnseenLogRandom& rng, AdversarialLog&) {
          std::vector<double>& roll = log.of(Signal::kAttitudeRoll);
          for (double at_s = rng.between(3.0, 5.0); at_s < 44.0; at_s += rng.between(0.5, 3.0)) {
            roll[log.index_of(at_s)] += rng.sign() * rng.between(0.2, 1.5);
@@ -150,7 +140,7 @@ std::vector<Kind> log_kinds() {
       {"sign of the stick", finds("sign_reversed"), scaled(Signal::kStickRoll, -1.0)},
       {"attitude in degrees", finds("wrong_unit"), scaled(Signal::kAttitudeRoll, 180.0 / std::numbers::pi)},
       {"roll and pitch swapped", finds("swapped_axes"),
-       [](FlightLog& log, RandomSource&, AdversarialLog&) {
+       [](FlightLog& log, UnseenLogRandom&, AdversarialLog&) {
          std::swap(log.of(Signal::kStickRoll), log.of(Signal::kStickPitch));
        }},
   };
@@ -206,7 +196,7 @@ AdversarialLog adversarial_log(const std::string& kind, std::uint64_t seed) {
   const auto found = std::find_if(kinds().begin(), kinds().end(), [&](const Kind& one) { return one.name == kind; });
   AdversarialLog out;
   out.kind = kind;
-  RandomSource rng(seed);
+  UnseenLogRandom rng(std::mt19937_64(seed * 6364136223846793005ULL + 1442695040888963407ULL));
   SyntheticAxis vehicle = SyntheticAxis::random(seed);
   found->vehicle(vehicle, rng, out);
   out.log = vehicle.fly();

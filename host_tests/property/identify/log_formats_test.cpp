@@ -4,11 +4,10 @@
 
 #include <cmath>
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
 
 #include "host_tests/lab/identify/axis_pipeline.h"
 #include "host_tests/lab/logs/proposal/propose.h"
+#include "host_tests/own_folder.h"
 #include "host_tests/property/identify/synthetic_axis.h"
 #include "host_tests/unit/identify/one_log.h"
 #include "host_tests/unit/logs/ulog_bytes.h"
@@ -70,14 +69,11 @@ std::string own(const FlightLog& flight) {
 }
 
 lab::identify::IdentifyResult identified(const std::string& name, const std::string& bytes, std::string& dialect) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_dialect_" + name + ".ulg");
-  std::ofstream(path, std::ios::binary) << bytes;
-  const auto raw_log = lab::logs::open_log(path.string());
+  const auto raw_log = lab::logs::open_log(made(name + ".ulg", bytes));
   const auto proposal = lab::logs::propose(*raw_log);
   dialect = proposal ? proposal->dialect : "";
   const FlightLog log =
       lab::logs::load(*raw_log, lab::logs::parse_column_map(proposal ? proposal->toml : "", "proposed"));
-  std::filesystem::remove(path);
   EXPECT_NEAR(log.start_s, kPowerOn_s, 1e-6) << "the clock of the log must be kept";
   return lab::identify::identify_axis(lab::identify::about(log, "roll", {"second_order", "transport_delay"},
                                                            {kPowerOn_s + 3.0, kPowerOn_s + 30.0},

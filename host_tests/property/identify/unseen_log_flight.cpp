@@ -3,29 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "host_tests/lab/logs/column_map.h"
-#include "host_tests/lab/logs/raw_log.h"
+#include "host_tests/unit/logs/memory_log.h"
 
 namespace m100::host_tests {
 namespace {
-
-/// A log in memory with the columns a, b, c and t.
-class MemoryLog : public lab::logs::RawLog {
- public:
-  explicit MemoryLog(const UnseenLogRows& rows) : RawLog("stranger"), rows_(rows) {}
-  lab::logs::RawColumn column(const std::string& name, const std::string&) const override {
-    const auto& values = name == "t"   ? rows_.time_s
-                         : name == "a" ? rows_.own
-                         : name == "b" ? rows_.other
-                                       : rows_.response;
-    return {values, {}, {}};
-  }
-  std::vector<std::string> names() const override { return {"t", "a", "b", "c"}; }
-
- private:
-  const UnseenLogRows& rows_;
-};
 
 /// Interpolates a series between two steps.
 double between(const std::vector<double>& series, double step) {
@@ -124,7 +108,8 @@ lab::logs::FlightLog UnseenLogRows::log() const {
   const std::string other_stick = climb ? "yaw" : axis == "roll" ? "pitch" : "roll";
   const std::string map = "time = \"t\"\n[signals]\nstick_" + own_stick + " = \"a\"\nstick_" + other_stick +
                           " = \"b\"\n" + (climb ? "velocity_z" : "attitude_" + axis) + " = \"c\"\n";
-  return lab::logs::load(MemoryLog(*this), lab::logs::parse_column_map(map, "stranger.toml"));
+  const std::map<std::string, std::vector<double>> columns{{"t", time_s}, {"a", own}, {"b", other}, {"c", response}};
+  return lab::logs::load(lab::logs::MemoryLog(columns), lab::logs::parse_column_map(map, "stranger.toml"));
 }
 
 UnseenLogSticks UnseenLogRecord::sticks_read_late(double late_s, double date_s) const {

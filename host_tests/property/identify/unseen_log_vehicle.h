@@ -11,7 +11,9 @@ namespace m100::host_tests {
 /// Random numbers from one seed.
 class UnseenLogRandom {
  public:
-  explicit UnseenLogRandom(std::uint64_t seed) : random_(seed * 2862933555777941757ULL + 3037000493ULL) {}
+  explicit UnseenLogRandom(const std::mt19937_64& random) : random_(random) {}
+  explicit UnseenLogRandom(std::uint64_t seed)
+      : UnseenLogRandom(std::mt19937_64(seed * 2862933555777941757ULL + 3037000493ULL)) {}
   double between(double low, double high) { return low + (high - low) * uniform_(random_); }
   double normal() { return normal_(random_); }
   double sign() { return uniform_(random_) < 0.5 ? -1.0 : 1.0; }

@@ -23,27 +23,21 @@ void send_signal(Bench& bench) {
   bench.client().send(Signal);
 }
 
+/// A signal with which an operator or the system asks the program to end.
+template <int Signal>
+constexpr Fault stopped_by(std::string_view name) {
+  return {.name = name,
+          .strike = send_signal<Signal>,
+          .stages = kNotReleasing,
+          .within_s = kChange_s,
+          .ends_program = true};
+}
+
 constexpr std::array kFaults{
-    Fault{.name = "SIGINT",
-          .strike = send_signal<SIGINT>,
-          .stages = kNotReleasing,
-          .within_s = kChange_s,
-          .ends_program = true},
-    Fault{.name = "SIGTERM",
-          .strike = send_signal<SIGTERM>,
-          .stages = kNotReleasing,
-          .within_s = kChange_s,
-          .ends_program = true},
-    Fault{.name = "SIGHUP",
-          .strike = send_signal<SIGHUP>,
-          .stages = kNotReleasing,
-          .within_s = kChange_s,
-          .ends_program = true},
-    Fault{.name = "SIGQUIT",
-          .strike = send_signal<SIGQUIT>,
-          .stages = kNotReleasing,
-          .within_s = kChange_s,
-          .ends_program = true},
+    stopped_by<SIGINT>("SIGINT"),
+    stopped_by<SIGTERM>("SIGTERM"),
+    stopped_by<SIGHUP>("SIGHUP"),
+    stopped_by<SIGQUIT>("SIGQUIT"),
     Fault{.name = "SIGKILL", .strike = send_signal<SIGKILL>, .within_s = kDeath_s, .ends_program = true},
     Fault{.name = "SIGSEGV", .strike = send_signal<SIGSEGV>, .within_s = kDeath_s, .ends_program = true},
     Fault{.name = "SIGABRT", .strike = send_signal<SIGABRT>, .within_s = kDeath_s, .ends_program = true},

@@ -14,16 +14,14 @@ import subprocess
 import sys
 import tempfile
 
+from changes import value
+
 WORLDS = pathlib.Path(__file__).resolve().parents[2] / "lab/campaign/worlds"
 
 
 # Keys of a flight's record, and the largest value that is no alarm. Poses after a gap may be refused while the observer
 # waits for three that agree, for at most 0.1 s: 24 poses at 240 Hz.
 MAX_CHANGE = {"limit_cycle_detected_s": -1.0, "contradicted": False, "left_model": False, "refused_poses": 24}
-
-
-def value(words, option, otherwise):
-    return words[words.index(option) + 1] if option in words else otherwise
 
 
 def main():

@@ -17,6 +17,8 @@ import subprocess
 import sys
 import tempfile
 
+from changes import value
+
 MAX_TILT_DEG = 35.0
 MAX_HOVER_RATIO = 2.0
 NEES = (0.2, 3.0)
@@ -56,11 +58,6 @@ def draw(seed, number):
     return kind, blows + ("" if kind == "wind" else pose(dice)), blows
 
 
-def option_of(words):
-    """-> a function that gives the value of an option, or a default"""
-    return lambda option, otherwise: words[words.index(option) + 1] if option in words else otherwise
-
-
 def report_of(program, folder, name, text, *options):
     """-> the report of a campaign in one world"""
     path, answer = folder / f"{name}.toml", folder / f"{name}.json"
@@ -90,10 +87,9 @@ def faults(world, kind_hover_deg):
 
 def main():
     words = sys.argv[1:]
-    value = option_of(words)
-    worlds, seed, wrong = int(value("--worlds", "48")), int(value("--seed", "1")), 0
+    worlds, seed, wrong = int(value(words, "--worlds", "48")), int(value(words, "--seed", "1")), 0
     with tempfile.TemporaryDirectory() as scratch:
-        folder = pathlib.Path(value("--keep", scratch))
+        folder = pathlib.Path(value(words, "--keep", scratch))
         folder.mkdir(parents=True, exist_ok=True)
         for number in range(worlds):
             kind, text, blows = draw(seed, number)

@@ -13,6 +13,7 @@ import sys
 import tempfile
 
 import held_out
+from changes import value
 
 MAX_M_S = 1.0
 STRONGER = (1.05, 1.5)
@@ -26,8 +27,7 @@ def draw(seed, number):
 
 def main():
     words = sys.argv[1:]
-    value = held_out.option_of(words)
-    worlds, seed = int(value("--worlds", "12")), int(value("--seed", "1"))
+    worlds, seed = int(value(words, "--worlds", "12")), int(value(words, "--seed", "1"))
     handed_over, stayed, fast = [], 0, []
     with tempfile.TemporaryDirectory() as scratch:
         for number in range(worlds):

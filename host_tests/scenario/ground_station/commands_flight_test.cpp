@@ -91,7 +91,7 @@ TEST_F(GroundStationOrdersFlight, TakesOffAndLandsByOrderAndNotByAnythingElse) {
   EXPECT_NEAR(truth.z, 0.0, 0.02);
   EXPECT_EQ(noted("\"received\",\"name\":\"task_takeoff\""), 1U);
   EXPECT_EQ(noted("\"received\",\"name\":\"task_land\""), 1U);
-  const Json flown = Json::parse(scenario::text_of(result));
+  const Json flown = reported();
   EXPECT_EQ(flown["landed"], true);
   EXPECT_EQ(flown["released"], true);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with orders does not replay: " << error();
@@ -122,7 +122,7 @@ TEST_F(GroundStationOrdersFlight, QGroundControlConnectsAndItsListsAreRefused) {
   }
   ground_station->signal(SIGINT);
   (void)ground_station->run_to_end(30.0);
-  const Json counts = Json::parse(scenario::text_of(result))["ground_station"];
+  const Json counts = reported()["ground_station"];
   EXPECT_EQ(counts["orders"], 2);
   EXPECT_EQ(counts["requests"], 13);
   EXPECT_EQ(counts["requests_lost"], 0);

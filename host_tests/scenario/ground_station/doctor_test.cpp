@@ -22,7 +22,7 @@ namespace {
 struct Doctor : GroundStationTest {
   /// Result of a check of the last run: "good: ..." or "bad: ...".
   std::string check(const std::string& name) const {
-    const Json all = Json::parse(scenario::text_of(result));
+    const Json all = reported();
     for (const Json& one : all["checks"]) {
       if (one["name"] == name) {
         return one["health"].get<std::string>() + ": " + one["finding"].get<std::string>();
@@ -31,9 +31,8 @@ struct Doctor : GroundStationTest {
     return "";
   }
   void examine(const std::vector<std::string>& more) {
-    std::vector<std::string> words{"doctor", "--load", "0", "--folder", folder.string(), "--json", result.string()};
-    words.insert(words.end(), more.begin(), more.end());
-    (void)run(words);  // other findings on this machine do not matter here
+    const Words words{"doctor", "--load", "0", "--folder", folder.string(), "--json", result.string()};
+    (void)run(with(words, more));  // other findings on this machine do not matter here
   }
 };
 
@@ -112,11 +111,9 @@ TEST_F(Doctor, TheBridgeSaysWhatIsWrong) {
 /// The pilot's sticks move the aircraft instead of a person's hands; the pose's axes are changed on the way.
 struct Frames : Doctor {
   std::string script() const {
-    const std::filesystem::path path = folder / "hands.txt";
-    std::ofstream(path)
-        << "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 600 1.5\n18 doublet throttle 300 "
-           "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n";
-    return path.string();
+    return made("hands.txt",
+                "3 doublet pitch 250 1\n8 doublet roll 250 1\n13 doublet yaw 600 1.5\n18 doublet throttle 300 "
+                "1\n23 doublet pitch 250 1\n28 doublet roll 250 1\n");
   }
   void move(const std::function<void(mavlink::AttPosMocap&)>& change) {
     ground_station->sends_poses = false;
@@ -150,7 +147,7 @@ TEST_F(Frames, TwoSendersAreNamed) {
 
 TEST_F(Frames, RightAxesAreRight) {
   move([](mavlink::AttPosMocap&) {});
-  EXPECT_EQ(ending, 0) << Json::parse(scenario::text_of(result)).dump(1);
+  EXPECT_EQ(ending, 0) << reported().dump(1);
   for (const char* const name : {"heading", "position x", "position y", "position z"}) {
     EXPECT_EQ(check(name).substr(0, 5), "good:") << check(name);
   }
@@ -166,7 +163,7 @@ TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
     seen.x += 0.2F * std::cos(yaw) + 0.1F * std::sin(yaw);     // 0.2 m ahead, 0.1 m left
     seen.y += 0.2F * std::sin(yaw) - 0.1F * std::cos(yaw);
   });
-  EXPECT_EQ(ending, 0) << Json::parse(scenario::text_of(result)).dump(1);
+  EXPECT_EQ(ending, 0) << reported().dump(1);
   double ahead_m = 0.0, left_m = 0.0;
   ASSERT_EQ(std::sscanf(check("lever arm").c_str(), "doubtful: the origin of the pose lies %lf m ahead and %lf m left",
                         &ahead_m, &left_m),
@@ -178,7 +175,7 @@ TEST_F(Frames, ALeverArmIsProposedAfterATurn) {
 TEST_F(Frames, AReversedAxisIsNamed) {
   move([](mavlink::AttPosMocap& seen) { seen.y = -seen.y; });
   EXPECT_EQ(ending, 1);
-  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << Json::parse(scenario::text_of(result)).dump(1);
+  EXPECT_EQ(check("position y").substr(0, 16), "bad: is reversed") << reported().dump(1);
   EXPECT_EQ(check("position x").substr(0, 5), "good:");
   EXPECT_EQ(check("heading").substr(0, 5), "good:");
 }
@@ -186,9 +183,8 @@ TEST_F(Frames, AReversedAxisIsNamed) {
 // A hover by hand, and the vibration of a chipped propeller in it.
 TEST_F(Doctor, TheVibrationIsMeasuredAndItsLevelsAreSaid) {
   for (const auto& [vibration_m_s2, health] : {std::pair{0.03, "good"}, {3.0, "doubtful"}}) {
-    const std::filesystem::path plant = folder / "plant.toml";
-    std::ofstream(plant) << "[sensors]\nimu_vibration_m_s2 = " << vibration_m_s2 << "\n";
-    ground_station->start_autopilot(events, {"--plant", plant.string(), "--rc-mode", "A"});
+    const std::string text = "[sensors]\nimu_vibration_m_s2 = " + std::to_string(vibration_m_s2) + "\n";
+    ground_station->start_autopilot(events, {"--plant", made("plant.toml", text), "--rc-mode", "A"});
     ASSERT_TRUE(ground_station->start({"doctor", "--load", "0", "--folder", folder.string(), "--port",
                                        ground_station->port(), "--json", result.string()},
                                       errors))
@@ -215,9 +211,8 @@ TEST_F(Doctor, FramesNeedsBothPorts) {
 TEST_F(Doctor, AFlightIsShownWhileItFlies) {
   const Socket plot;
   ground_station->start_autopilot(events);
-  std::vector<std::string> words = fly_words(*ground_station, key);
-  words.insert(words.end(), {"--take-control", "--once", "--hold", "8", "--live",
-                             "127.0.0.1:" + std::to_string(plot.port()), "--status", "always"});
+  const Words live{"--take-control", "--once", "--hold", "8", "--live", "127.0.0.1:" + std::to_string(plot.port()),
+                   "--status",       "always"};
   double last_s = -1.0;
   int in_control = 0, states = 0;
   // Reads during the flight, because a full socket drops packets.
@@ -231,7 +226,7 @@ TEST_F(Doctor, AFlightIsShownWhileItFlies) {
     }
   };
   ground_station->on_pose = [&](const mavlink::AttPosMocap&) { read(); };
-  ASSERT_TRUE(ground_station->start(words, errors)) << error();
+  ASSERT_TRUE(ground_station->start(with(fly_words(*ground_station, key), live), errors)) << error();
   ASSERT_EQ(ground_station->run_to_end(60.0), 0) << error();
   read();
   EXPECT_GT(states, 10) << "a busy machine may drop some, but not most";

@@ -45,7 +45,7 @@ TEST_F(GoalsFlight, ASquareByGoalsAndTheStateReadBack) {
     (void)ground_station->run_until([] { return false; }, 0.3);
   }
   ASSERT_EQ(ground_station->run_to_end(30.0), 0) << error();
-  EXPECT_EQ(Json::parse(scenario::text_of(result))["released"], true);
+  EXPECT_EQ(reported()["released"], true);
   EXPECT_EQ(run({"replay", log.string()}), 0) << "the log with goals does not replay: " << error();
 }
 
@@ -84,7 +84,7 @@ TEST_F(GoalsFlight, NobodysGoalMovesAnythingAndNoGoalLeavesTheFence) {
   EXPECT_GT(farthest_m, 3.5) << "must fly to the limit of the fence";
   EXPECT_LT(farthest_m, 5.0) << "must not fly beyond it: fence.x_m ends at 5 m";
   ASSERT_TRUE(ground_station->run_to_end(60.0).has_value());
-  const Json counts = Json::parse(scenario::text_of(result))["pose_link"]["signatures"];
+  const Json counts = reported()["pose_link"]["signatures"];
   EXPECT_GE(counts["unsigned"], 95);
   EXPECT_GE(counts["wrong"], 95);
   EXPECT_GE(counts["replayed"], 55);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/scenario/ground_station/ground_station.h"
 
-#include <arpa/inet.h>
-#include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -15,14 +13,6 @@ namespace {
 enum End : sim::LockstepHost::End { kClient, kAutopilot, kPose };
 constexpr double kStart_s = 60.0;  // real time for a program to start on a busy machine
 
-sockaddr_in loopback(std::uint16_t port) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  return address;
-}
-
 /// An hour ahead of this machine's clock, so that the time a program takes to start cannot make a stamp too old.
 mavlink::SignatureTime first_stamp() {
   constexpr std::int64_t kHour_s = 3600;
@@ -31,34 +21,6 @@ mavlink::SignatureTime first_stamp() {
 }
 
 }  // namespace
-
-Socket::Socket() : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-  sockaddr_in address = loopback(0);
-  socklen_t size = sizeof(address);
-  if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
-      ::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&address), &size) != 0) {
-    throw std::runtime_error("no loopback");
-  }
-  port_ = ntohs(address.sin_port);
-}
-
-Socket::~Socket() { ::close(descriptor_); }
-
-void Socket::send(std::uint16_t to, std::span<const std::byte> packet) const {
-  const sockaddr_in address = loopback(to);
-  (void)!::sendto(descriptor_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address),
-                  sizeof(address));
-}
-
-std::optional<Packet> Socket::receive() const {
-  Packet packet(2000);
-  const ssize_t count = ::recv(descriptor_, packet.data(), packet.size(), MSG_DONTWAIT);
-  if (count < 0) {
-    return {};
-  }
-  packet.resize(static_cast<std::size_t>(count));
-  return packet;
-}
 
 GroundStation::GroundStation(std::filesystem::path folder, std::uint64_t seed)
     : folder_(std::move(folder)), random_(seed, "room"), m100_port_(Socket().port()), last_stamp_(first_stamp()) {
@@ -78,17 +40,10 @@ std::string GroundStation::key_text() {
 }
 
 void GroundStation::start_autopilot(const std::filesystem::path& events, const std::vector<std::string>& more) {
-  std::vector<std::string> words{"autopilot",
-                                 "--pty",
-                                 "sim:" + (folder_ / "n1").string(),
-                                 "--pose-pty",
-                                 "sim:" + (folder_ / "n1_pose").string(),
-                                 "--events",
-                                 events.string(),
-                                 "--duration",
-                                 "600"};
-  words.insert(words.end(), more.begin(), more.end());
-  autopilot_ = std::make_unique<scenario::Process>(M100_LAB_PROGRAM, words);
+  const std::string line = "sim:" + (folder_ / "n1").string();
+  const Words words{"autopilot", "--pty",         line,         "--pose-pty", line + "_pose",
+                    "--events",  events.string(), "--duration", "600"};
+  autopilot_ = std::make_unique<scenario::Process>(M100_LAB_PROGRAM, with(words, more));
   if (!host_.wait_for([this] { return host_.is_attached(autopilot_->id()); }, kStart_s)) {
     throw std::runtime_error("the autopilot did not start");
   }

@@ -13,6 +13,7 @@
 
 #include "host_tests/scenario/program/process.h"
 #include "host_tests/sim/ports/lockstep_host.h"
+#include "host_tests/sim/ports/loopback_socket.h"
 #include "host_tests/sim/world/random.h"
 #include "protocol/mavlink/parser.h"
 #include "protocol/mavlink/pose_messages.h"
@@ -21,23 +22,9 @@
 namespace m100::ground_station {
 
 using Packet = std::vector<std::byte>;
-
-/// A UDP socket on the loopback interface.
-class Socket {
- public:
-  Socket();
-  ~Socket();
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  std::uint16_t port() const { return port_; }
-  void send(std::uint16_t to, std::span<const std::byte> packet) const;
-  /// @returns the next packet; empty if none is waiting.
-  std::optional<Packet> receive() const;
-
- private:
-  int descriptor_;
-  std::uint16_t port_ = 0;
-};
+using scenario::with;
+using Socket = sim::LoopbackSocket;
+using scenario::Words;
 
 /// The faults of the network, and the resulting counts.
 struct Network {

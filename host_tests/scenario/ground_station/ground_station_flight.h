@@ -47,10 +47,7 @@ struct GroundStationTest : scenario::ProgramTest {
     ground_station = std::make_unique<GroundStation>(folder, seed);
     key = key_file(GroundStation::key_text()).string();
   }
-  void TearDown() override {
-    ground_station.reset();
-    ProgramTest::TearDown();
-  }
+  void TearDown() override { ground_station.reset(); }
 };
 
 /// m100 flown by a room over a network that loses, doubles and reorders packets.
@@ -93,10 +90,8 @@ struct GroundStationFlight : GroundStationTest {
   }
   bool start_flight(std::vector<std::string> more = {}, const std::vector<std::string>& of_autopilot = {}) {
     ground_station->start_autopilot(events, of_autopilot);
-    std::vector<std::string> words = fly_words(*ground_station, key);
-    words.insert(words.end(), {"--log", log.string()});
-    words.insert(words.end(), more.begin(), more.end());
-    return ground_station->start(words, errors);
+    more.insert(more.end(), {"--log", log.string()});
+    return ground_station->start(with(fly_words(*ground_station, key), more), errors);
   }
   /// Runs until the room has received what it waits for; m100 sends from a thread that runs in real time.
   bool receive_until(const std::function<bool()>& condition) {

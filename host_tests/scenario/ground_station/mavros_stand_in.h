@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdint>
 #include <map>
@@ -95,63 +91,16 @@ struct MavrosTest : GroundStationFlight {
     }
   }
 
-  bool start(std::vector<std::string> more) {
+  bool start(const Words& more) {
     ground_station->start_autopilot(events);
-    std::vector<std::string> words{"fly",
-                                   "--port",
-                                   ground_station->port(),
-                                   "--pose-port",
-                                   loopback_port(),
-                                   "--pose-from",
-                                   "1:240",
-                                   "--vehicle",
-                                   vehicle.string(),
-                                   "--gains",
-                                   table.string(),
-                                   "--flight",
-                                   flight_file.string(),
-                                   "--json",
-                                   result.string(),
-                                   "--log",
-                                   log.string(),
-                                   "--take-control",
-                                   "--once"};
-    words.insert(words.end(), more.begin(), more.end());
-    return ground_station->start(words, errors);
+    const Words words{"fly",   "--port", ground_station->port(), "--pose-port", loopback_port(), "--pose-from",
+                      "1:240", "--json", result.string(),        "--log",       log.string(),    "--take-control",
+                      "--once"};
+    return ground_station->start(with(with(words, models()), more), errors);
   }
   void pass(double seconds) {
     (void)ground_station->run_until([] { return false; }, seconds);
   }
-  Json reported() const { return Json::parse(scenario::text_of(result)); }
-};
-
-/// A program of this machine that sends from another address than 127.0.0.1.
-class OtherAddress {
- public:
-  explicit OtherAddress(const char* address) : descriptor_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    const sockaddr_in from = at(address, 0);
-    EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&from), sizeof(from)), 0);
-  }
-  ~OtherAddress() { ::close(descriptor_); }
-  OtherAddress(const OtherAddress&) = delete;
-  OtherAddress& operator=(const OtherAddress&) = delete;
-
-  void send(std::uint16_t port, std::span<const std::byte> packet) const {
-    const sockaddr_in to = at("127.0.0.1", port);
-    EXPECT_EQ(
-        ::sendto(descriptor_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof(to)),
-        static_cast<ssize_t>(packet.size()));
-  }
-
- private:
-  static sockaddr_in at(const char* address, std::uint16_t port) {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    EXPECT_EQ(::inet_pton(AF_INET, address, &to.sin_addr), 1);
-    return to;
-  }
-  int descriptor_;
 };
 
 }  // namespace m100::ground_station

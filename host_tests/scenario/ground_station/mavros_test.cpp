@@ -22,7 +22,7 @@ struct LoopbackFlight : MavrosTest {};
 // While MAVROS flies it, false poses come from another program, under MAVROS' own number from another address of this
 // machine, and goals and orders from whoever reaches the loopback, as through a ground-station proxy.
 TEST_F(LoopbackFlight, PosesOfTheNamedSenderAreFlownAndNothingElseMovesTheAircraft) {
-  const OtherAddress elsewhere("127.0.0.2");
+  const Socket elsewhere(INADDR_LOOPBACK + 1);
   const auto number = static_cast<std::uint16_t>(std::stoi(ground_station->pose_port().substr(4)));
   ground_station->on_pose = [&](const mavlink::AttPosMocap& seen) {
     mavlink::AttPosMocap wrong = seen;
@@ -88,24 +88,18 @@ TEST_F(LoopbackFlight, OdometryAndSetPointsOfTheNamedSenderAreFlown) {
 }
 
 TEST_F(LoopbackFlight, EachWrongCombinationIsRefusedByOneSentenceInEveryCommand) {
-  const auto refused = [&](const std::vector<std::string>& source, const std::string& because) {
-    for (const std::vector<std::string>& command :
-         {std::vector<std::string>{"fly", "--port", ground_station->port(), "--dry-run"},
-          std::vector<std::string>{"record", "--port", ground_station->port(), "--log", log.string()}}) {
-      std::vector<std::string> words = command;
-      words.insert(words.end(), source.begin(), source.end());
-      EXPECT_EQ(run(words), 2);
+  const auto refused = [&](const Words& source, const std::string& because) {
+    for (const Words& command : {Words{"fly", "--port", ground_station->port(), "--dry-run"},
+                                 Words{"record", "--port", ground_station->port(), "--log", log.string()}}) {
+      EXPECT_EQ(run(with(command, source)), 2);
       const std::string text = error();
       EXPECT_NE(text.find(because), std::string::npos) << text;
       EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
     }
-    std::vector<std::string> words{"doctor", "--load", "0", "--folder", folder.string(), "--json", result.string()};
-    words.insert(words.end(), source.begin(), source.end());
-    EXPECT_EQ(run(words), 1);
+    const Words words{"doctor", "--load", "0", "--folder", folder.string(), "--json", result.string()};
+    EXPECT_EQ(run(with(words, source)), 1);
     EXPECT_NE(scenario::text_of(result).find(because), std::string::npos);
-    words = {"evening", (folder / "evening").string(), "--port", ground_station->port()};
-    words.insert(words.end(), source.begin(), source.end());
-    EXPECT_EQ(run_lab(words), 2);
+    EXPECT_EQ(run_lab(with({"evening", path("evening"), "--port", ground_station->port()}, source)), 2);
     EXPECT_NE(error().find(because), std::string::npos) << error();
   };
   refused({"--pose-port", loopback_port()}, "unsigned poses need --pose-from");

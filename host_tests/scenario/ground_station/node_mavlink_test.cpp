@@ -2,7 +2,6 @@
 // An independent implementation of MAVLink controls m100: poses at 100 Hz, a square by goals, the state read back, over
 // UDP, signed, with 5 % of the packets lost, doubled and reordered. Needs M100_NODE_MAVLINK, a folder of node modules
 // with node-mavlink; without it the test is skipped with a message.
-#include <spawn.h>
 #include <unistd.h>
 
 #include <array>
@@ -24,19 +23,8 @@ class NodeGroundStation {
     EXPECT_EQ(pipe2(to.data(), O_CLOEXEC), 0);
     EXPECT_EQ(pipe2(from.data(), O_CLOEXEC), 0);
     const auto hour_ahead_ms = (static_cast<std::int64_t>(::time(nullptr)) + 3600) * 1000;
-    std::vector<std::string> words{"node", M100_NODE_GROUND_STATION, modules, port, key, std::to_string(hour_ahead_ms)};
-    std::vector<char*> pointers;
-    pointers.reserve(words.size() + 1);
-    for (std::string& word : words) {
-      pointers.push_back(word.data());
-    }
-    pointers.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, to[0], STDIN_FILENO);
-    posix_spawn_file_actions_adddup2(&actions, from[1], STDOUT_FILENO);
-    EXPECT_EQ(posix_spawnp(&id_, "node", &actions, nullptr, pointers.data(), environ), 0);
-    posix_spawn_file_actions_destroy(&actions);
+    const Words words{M100_NODE_GROUND_STATION, modules, port, key, std::to_string(hour_ahead_ms)};
+    node_ = std::make_unique<scenario::Process>("node", words, "", from[1], to[0]);
     ::close(to[0]);
     ::close(from[1]);
     to_ = to[1];
@@ -46,7 +34,7 @@ class NodeGroundStation {
   ~NodeGroundStation() {
     ::close(to_);
     fclose(from_);
-    waitpid(id_, nullptr, 0);
+    (void)node_->wait();
   }
   NodeGroundStation(const NodeGroundStation&) = delete;
   NodeGroundStation& operator=(const NodeGroundStation&) = delete;
@@ -69,7 +57,7 @@ class NodeGroundStation {
     said.erase(said.find_last_not_of('\n') + 1);
     return said;
   }
-  pid_t id_ = -1;
+  std::unique_ptr<scenario::Process> node_;
   int to_ = -1;
   FILE* from_ = nullptr;
 };
@@ -163,7 +151,7 @@ TEST_F(NodeMavlink, FliesASquareByGoalsAndReadsTheStateBack) {
     (void)ground_station.run_until([] { return false; }, 0.3);
   }
   ASSERT_EQ(ground_station.run_to_end(30.0), 0) << error();
-  const Json counts = Json::parse(scenario::text_of(result))["pose_link"]["signatures"];
+  const Json counts = reported()["pose_link"]["signatures"];
   EXPECT_GT(counts["accepted"], 3000);
   EXPECT_GT(counts["unsigned"], 3000);
   EXPECT_GT(counts["replayed"], 100) << "doubled and overtaken packets";

@@ -16,17 +16,11 @@ constexpr double kStartAndFlight_s = 60.0;
 
 struct SignedPose : GroundStationTest {
   SignedPose() { seed = 1; }
-  std::vector<std::string> words(const std::string& subcommand, std::vector<std::string> more) const {
-    std::vector<std::string> all{
-        subcommand, "--port", ground_station->port(), "--pose-port", ground_station->pose_port(), "--mavlink-key", key};
-    if (subcommand == "fly") {
-      all.insert(all.end(), {"--vehicle", vehicle.string(), "--gains", table.string(), "--flight", flight_file.string(),
-                             "--json", result.string()});
-    }
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+  Words words(const std::string& subcommand, const Words& more) const {
+    const Words line{subcommand,      "--port", ground_station->port(), "--pose-port", ground_station->pose_port(),
+                     "--mavlink-key", key};
+    return with(subcommand == "fly" ? fly_words(*ground_station, key) : line, more);
   }
-  Json reported() const { return Json::parse(scenario::text_of(result)); }
 };
 
 /// Sends poses far from the true one, without the key.
@@ -149,22 +143,18 @@ TEST_F(SignedPose, IsRecorded) {
 }
 
 TEST_F(SignedPose, NothingComesOverANetworkWithoutAKey) {
-  const std::vector<std::string> bare{"--port", ground_station->port(), "--pose-port", ground_station->pose_port()};
+  const Words bare{"--port", ground_station->port(), "--pose-port", ground_station->pose_port(), "--log", log.string()};
   for (const char* const subcommand : {"fly", "record"}) {
-    std::vector<std::string> line{subcommand};
-    line.insert(line.end(), bare.begin(), bare.end());
-    line.insert(line.end(), {"--log", log.string()});
-    EXPECT_EQ(run(line), 2);
+    EXPECT_EQ(run(with({subcommand}, bare)), 2);
     EXPECT_EQ(error(),
               "m100: --pose-port: " + ground_station->pose_port() +
                   ": poses over a network must be signed; name the key with --mavlink-key, or take unsigned poses "
                   "of this board alone, with udp:127.0.0.1:PORT and --pose-from\n");
   }
   const auto refused = [&](const std::string& pose_port, const std::string& with_key, const std::string& because) {
-    EXPECT_EQ(
-        run({"fly", "--port", ground_station->port(), "--pose-port", pose_port, "--mavlink-key", with_key, "--vehicle",
-             vehicle.string(), "--gains", table.string(), "--flight", flight_file.string(), "--dry-run"}),
-        2);
+    const Words line{"fly",    "--port",   ground_station->port(), "--pose-port", pose_port, "--mavlink-key",
+                     with_key, "--dry-run"};
+    EXPECT_EQ(run(with(line, models())), 2);
     EXPECT_NE(error().find(because), std::string::npos) << error();
     const std::string said = error();
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;

@@ -18,12 +18,11 @@ namespace fs = std::filesystem;
 using scenario::Process;
 
 struct TwoProcesses : scenario::ProgramTest {
-  int shake_hands(std::vector<std::string> more) {
-    std::vector<std::string> arguments{"handshake", "--port", port.string(), "--json", result.string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return Process(M100_PROGRAM, arguments).wait();
+  int shake_hands(const scenario::Words& more) {
+    return Process(M100_PROGRAM,
+                   scenario::with({"handshake", "--port", port.string(), "--json", result.string()}, more))
+        .wait();
   }
-  Json flown() const { return Json::parse(scenario::text_of(result)); }
 };
 
 struct Line {
@@ -55,7 +54,7 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
   const Line& line = GetParam();
   const auto autopilot = start_autopilot({"--baud", line.baud, "--loss", line.loss, "--seed", line.seed});
   (void)shake_hands({"--baud", line.baud, "--channel", line.channel, "--hold", "3"});
-  const Json program = flown();
+  const Json program = reported();
   const Json examiner = examined(*autopilot);
   const double stood_still_s = program["longest_tick_s"].get<double>() + examiner["longest_lag_s"].get<double>();
   const bool ran = stood_still_s < kStall_s;
@@ -101,11 +100,10 @@ TEST_P(StartUpToRelease, TakesControlHoldsItAndGivesItBack) {
 TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
   RecordProperty("promise", "R4");
   in_real_time([&] {
-    const fs::path script = folder / "script";
-    std::ofstream(script) << "10 mode A\n11.5 mode F\n";
-    const auto autopilot = start_autopilot({"--baud", "230400", "--script", script.string()});
+    const auto autopilot =
+        start_autopilot({"--baud", "230400", "--script", made("script", "10 mode A\n11.5 mode F\n")});
     EXPECT_EQ(shake_hands({"--baud", "230400", "--hold", "60"}), 1);
-    EXPECT_EQ(flown()["last_reason"], "control_lost");
+    EXPECT_EQ(reported()["last_reason"], "control_lost");
     std::this_thread::sleep_for(std::chrono::seconds(3));
     const Json examiner = examined(*autopilot);
     EXPECT_EQ(examiner["losses"], 1);
@@ -118,24 +116,23 @@ TEST_F(TwoProcesses, ThePilotTakesTheAircraftBackAndNothingMoreIsSent) {
 TEST_F(TwoProcesses, ARefusalNamesItsRemedy) {
   const auto autopilot = start_autopilot({"--baud", "230400", "--rc-mode", "P"});
   EXPECT_EQ(shake_hands({"--baud", "230400"}), 1);
-  EXPECT_EQ(flown()["last_reason"], "not_mode_f");
+  EXPECT_EQ(reported()["last_reason"], "not_mode_f");
   EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
 }
 
-int probe(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"probe", "--seconds", "0.5"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return Process(M100_PROGRAM, arguments).wait();
+int probe(const scenario::Words& more) {
+  return Process(M100_PROGRAM, scenario::with({"probe", "--seconds", "0.5"}, more)).wait();
 }
 
 TEST_F(TwoProcesses, ProbeListensOnlyAndKnowsAnAutopilot) {
   in_real_time([&] {
     const auto autopilot = start_autopilot({"--baud", "230400"});
     EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 0);
-    EXPECT_EQ(flown()["verdict"], "autopilot");
-    EXPECT_EQ(flown()["baud"], 230400);
-    EXPECT_EQ(flown()["firmware"], "M100, firmware 3.1");
-    EXPECT_NEAR(flown()["health"]["telemetry_rate_hz"].get<double>(), 50.0, 10.0) << "the rate that the assistant sets";
+    EXPECT_EQ(reported()["verdict"], "autopilot");
+    EXPECT_EQ(reported()["baud"], 230400);
+    EXPECT_EQ(reported()["firmware"], "M100, firmware 3.1");
+    EXPECT_NEAR(reported()["health"]["telemetry_rate_hz"].get<double>(), 50.0, 10.0)
+        << "the rate that the assistant sets";
     EXPECT_EQ(examined(*autopilot)["frames"], 0) << "the program sent frames";
   });
 }
@@ -144,8 +141,8 @@ TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
   in_real_time([&] {
     sim::PtyUart line(port.string());
     EXPECT_EQ(probe({"--port", port.string(), "--json", result.string()}), 1);
-    EXPECT_EQ(flown()["verdict"], "nothing_received");
-    EXPECT_NE(flown()["remedy"].get<std::string>().find("enable API control"), std::string::npos);
+    EXPECT_EQ(reported()["verdict"], "nothing_received");
+    EXPECT_NE(reported()["remedy"].get<std::string>().find("enable API control"), std::string::npos);
 
     std::vector<std::byte> sent(400);
     sim::Random random(1, "probe");
@@ -160,7 +157,7 @@ TEST_F(TwoProcesses, ProbeNamesASilentLineAndAWrongBaudRate) {
       }
     });
     EXPECT_EQ(probe({"--port", port.string(), "--baud", "230400", "--json", result.string()}), 1);
-    EXPECT_EQ(flown()["verdict"], "wrong_baud");
+    EXPECT_EQ(reported()["verdict"], "wrong_baud");
   });
 }
 
@@ -170,7 +167,7 @@ TEST_F(TwoProcesses, TheDoctorTellsOfThePortWhatProbeTells) {
     Process(M100_PROGRAM,
             {"doctor", "--load", "0", "--seconds", "0.5", "--port", port.string(), "--json", result.string()})
         .wait();
-    const Json told = flown();
+    const Json told = reported();
     EXPECT_EQ(told["verdict"], "autopilot");
     EXPECT_EQ(told["baud"], 230400);
     EXPECT_EQ(told["firmware"], "M100, firmware 3.1");
@@ -187,7 +184,7 @@ TEST_F(TwoProcesses, TheDoctorFindsAMissingPortAndNamesARemedy) {
                     {"doctor", "--load", "0.1", "--port", (folder / "none").string(), "--json", result.string()})
                 .wait(),
             1);
-  const Json checks = flown()["checks"];
+  const Json checks = reported()["checks"];
   ASSERT_FALSE(checks.empty());
   EXPECT_EQ(checks[0]["health"], "bad");
   for (const Json& check : checks) {

@@ -22,13 +22,7 @@ struct BadInput : ProgramTest {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << from;
     text.replace(at, from.size(), to);
-    fs::path path = folder / "changed.toml";
-    std::ofstream(path, std::ios::trunc) << text;
-    return path;
-  }
-  fs::path file(const std::string& name, const std::string& text) {
-    std::ofstream(folder / name, std::ios::trunc) << text;
-    return folder / name;
+    return made("changed.toml", text);
   }
   std::vector<std::string> check(const fs::path& vehicle_file, const fs::path& table_file) const {
     return {"check", "--vehicle", vehicle_file.string(), "--gains", table_file.string()};
@@ -107,7 +101,7 @@ TEST_F(BadInput, OfAKeyFileIsRefusedWithTheRemedy) {
 TEST_F(BadInput, OfAVehicleFileIsNamedByLineAndKey) {
   expect_refused(check(folder / "none.toml", table), "none.toml");
   expect_refused(check(folder, table), folder.string());
-  expect_refused(check(file("empty.toml", ""), table), "empty.toml");
+  expect_refused(check(made("empty.toml", ""), table), "empty.toml");
   expect_refused(check(table, table), "table.bin:1");
   expect_refused(check(changed("[axis.roll]", "[axis.roll]\nflaps = 1"), table), "'axis.roll.flaps'");
   const fs::path range = changed("damping_ratio = ", "damping_ratio = -");
@@ -124,7 +118,7 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   expect_refused(check(changed("source = ", "# another day\nsource = "), table), "made from another vehicle file");
   std::string bytes = text_of(table);
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
-  expect_refused(check(vehicle, file("flipped.bin", bytes)), "flipped.bin: damaged");
+  expect_refused(check(vehicle, made("flipped.bin", bytes)), "flipped.bin: damaged");
   // The file has a table for each mode; the table of the other mode must be intact, too.
   const std::string both = text_of(table);
   const std::size_t second = both.find(both.substr(0, 8), 8);
@@ -132,67 +126,55 @@ TEST_F(BadInput, OfAGainTableIsRefusedWithTheReason) {
   for (const std::size_t at : {std::size_t{20}, second - 1, second, second + 20, both.size() - 1}) {
     std::string damaged = both;
     damaged[at] = static_cast<char>(damaged[at] ^ 1);
-    expect_refused(check(vehicle, file("flipped.bin", damaged)), "flipped.bin: damaged");
+    expect_refused(check(vehicle, made("flipped.bin", damaged)), "flipped.bin: damaged");
   }
-  expect_refused(check(vehicle, file("twice.bin", both + both)), "twice.bin");
+  expect_refused(check(vehicle, made("twice.bin", both + both)), "twice.bin");
   constexpr const char* kRest = "[fence]\nx_m = [-5, 5]\ny_m = [-5, 5]\nz_m = [0.5, 4]\n";
   const auto check_in = [&](const char* mode, const fs::path& tables) {
-    std::vector<std::string> words = check(vehicle, tables);
-    const fs::path flight = file(std::string(mode) + ".toml", "mode = \"" + std::string(mode) + "\"\n" + kRest);
-    words.insert(words.end(), {"--flight", flight.string()});
-    return words;
+    const std::string text = "mode = \"" + std::string(mode) + "\"\n" + kRest;
+    return with(check(vehicle, tables), {"--flight", made(std::string(mode) + ".toml", text)});
   };
   EXPECT_EQ(run(check_in("robust", table)), 0) << error();
   EXPECT_EQ(run(check_in("calm_room", table)), 0) << "the former mode is flown with field: " << error();
-  const fs::path field = file("field.bin", both.substr(0, second));
+  const fs::path field = made("field.bin", both.substr(0, second));
   EXPECT_EQ(run(check(vehicle, field)), 0) << "a file with only the table of the flown mode: " << error();
   expect_refused(check_in("robust", field), "field.bin: has no table of mode robust");
-  expect_refused(check(vehicle, file("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
+  expect_refused(check(vehicle, made("cut.bin", text_of(table).substr(0, 1000))), "cut.bin");
 }
 
 TEST_F(BadInput, OfAFlightFileIsNamedByLineAndKey) {
   const auto check_flight = [this](const fs::path& path) {
-    std::vector<std::string> arguments = check(vehicle, table);
-    arguments.insert(arguments.end(), {"--flight", path.string()});
-    return arguments;
+    return with(check(vehicle, table), {"--flight", path.string()});
   };
   EXPECT_EQ(run(check_flight(flight_file)), 0) << "the shipped example: " << error();
   expect_refused(check_flight(folder / "none.toml"), "none.toml: cannot be read");
-  expect_refused(check_flight(file("f.toml", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\n")), "f.toml:1: 'fence.z_m'");
-  expect_refused(check_flight(file("f.toml", "mode = \"storm\"\n")), "f.toml:1: 'mode'");
+  expect_refused(check_flight(made("f.toml", "[fence]\nx_m = [-1, 1]\ny_m = [-1, 1]\n")), "f.toml:1: 'fence.z_m'");
+  expect_refused(check_flight(made("f.toml", "mode = \"storm\"\n")), "f.toml:1: 'mode'");
 }
 
 // `check` at the desk refuses the same courses as `fly` at the aircraft, with the same message.
 TEST_F(BadInput, OfACourseIsFoundAtTheDesk) {
-  const fs::path box = file("box.toml", "[fence]\nx_m = [-2, 2]\ny_m = [-2, 2]\nz_m = [0.5, 3.5]\n");
+  const fs::path box = made("box.toml", "[fence]\nx_m = [-2, 2]\ny_m = [-2, 2]\nz_m = [0.5, 3.5]\n");
   const auto check_course = [&](const fs::path& course) {
-    std::vector<std::string> arguments = check(vehicle, table);
-    arguments.insert(arguments.end(), {"--flight", box.string(), "--course", course.string()});
-    return arguments;
+    return with(check(vehicle, table), {"--flight", box.string(), "--course", course.string()});
   };
-  EXPECT_EQ(run(check_course(file("good.course", "quintic 1 0 1 0 5\nsquare 1 2 0.2\n"))), 0) << error();
+  EXPECT_EQ(run(check_course(made("good.course", "quintic 1 0 1 0 5\nsquare 1 2 0.2\n"))), 0) << error();
   expect_refused(check_course(folder / "none.course"), "none.course: cannot be read");
-  expect_refused(check_course(file("empty.course", "# to be written\n\n")), "empty.course: has no piece");
-  expect_refused(check_course(file("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
-  expect_refused(check_course(file("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
+  expect_refused(check_course(made("empty.course", "# to be written\n\n")), "empty.course: has no piece");
+  expect_refused(check_course(made("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
+  expect_refused(check_course(made("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
                  "far.course:2: 'step': x = 100 m is outside the fence");
-  expect_refused(check_course(file("high.course", "step 0 0 2 0 5\nstep 0 0 -1.5 0 5\n")),
+  expect_refused(check_course(made("high.course", "step 0 0 2 0 5\nstep 0 0 -1.5 0 5\n")),
                  "high.course:1: 'step': z = ");
-  const std::vector<std::string> without_box = {"check",
-                                                "--vehicle",
-                                                vehicle.string(),
-                                                "--gains",
-                                                table.string(),
-                                                "--course",
-                                                file("back.course", "step 0 0 0 0 -1\n").string()};
-  expect_refused(without_box, "back.course:1: 'step'");
+  expect_refused(with(check(vehicle, table), {"--course", made("back.course", "step 0 0 0 0 -1\n")}),
+                 "back.course:1: 'step'");
 }
 
 TEST_F(BadInput, OfALogNamesTheFileAndTheByte) {
   expect_refused({"replay", (folder / "none.ulg").string()}, "none.ulg");
   expect_refused({"replay", folder.string()}, folder.string());
   expect_refused({"replay", table.string()}, "table.bin: byte 0");
-  expect_refused({"replay", file("empty.ulg", "").string()}, "empty.ulg: byte 0");
+  expect_refused({"replay", made("empty.ulg", "")}, "empty.ulg: byte 0");
   expect_refused({"replay", table.string(), "--key-file", "none"}, "none");
 }
 
@@ -202,9 +184,7 @@ TEST_F(BadInput, ADeviceIsNotReadToItsEnd) {
   expect_refused({"replay", zero}, zero + ": is not a regular file");
   expect_refused(check(zero, table), zero + ": is not a regular file");
   expect_refused(check(vehicle, zero), zero + ": is not a regular file");
-  std::vector<std::string> arguments = check(vehicle, table);
-  arguments.insert(arguments.end(), {"--flight", zero});
-  expect_refused(arguments, zero + ": is not a regular file");
+  expect_refused(with(check(vehicle, table), {"--flight", zero}), zero + ": is not a regular file");
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"gains", "--vehicle", zero, "--table", (folder / "t.bin").string()},
         std::vector<std::string>{"mpc", "solve", zero},
@@ -228,7 +208,7 @@ TEST_F(BadInput, AnAnswerThatCannotBeWrittenIsNotDone) {
 
 // The tables take minutes on a small machine, so an unwritable output must be reported before.
 TEST_F(BadInput, OfGainsAreTheOutputsFirst) {
-  const fs::path copy = file("copy.toml", text_of(vehicle));
+  const fs::path copy = made("copy.toml", text_of(vehicle));
   fs::create_symlink(copy, folder / "link.toml");
   for (const fs::path& output : {copy, folder / "link.toml", folder / "no" / "t.bin"}) {
     EXPECT_EQ(run_lab({"gains", "--vehicle", copy.string(), "--table", output.string()}), 2);
@@ -242,7 +222,7 @@ TEST_F(BadInput, ATimeStepThatIsNoneIsRefused) {
       R"({"type":"model","name":"m","nx":3,"N":20,"A":[[1,0.1,0],[0,1,0.9],[0,0,0.8]],"B":[0,0,0.2],"Bd":[0,0.1,0],)"
       R"("Q":[1,1,1],"R":1,"Rd":0,"P":[[1,0,0],[0,1,0],[0,0,1]],"u_min":-1,"u_max":1,"dt":)";
   for (const char* step : {"0", "-0.1", "1e-30", "1e300", "null"}) {
-    EXPECT_EQ(run_lab({"mpc", "solve", file("m.jsonl", model + step + "}\n").string()}), 2) << step;
+    EXPECT_EQ(run_lab({"mpc", "solve", made("m.jsonl", model + step + "}\n")}), 2) << step;
     EXPECT_NE(error().find("m.jsonl:1: 'dt'"), std::string::npos) << error();
   }
 }
@@ -252,37 +232,35 @@ TEST_F(BadInput, OfAFlightIsFoundBeforeTheFlight) {
   const auto fly_with = [this](const std::string& option, const fs::path& value) {
     return flight({"--hold", "1", option, value.string()});
   };
-  expect_refused(fly_with("--course", file("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
-  expect_refused(fly_with("--course", file("short.course", "step 0 0 1\n")), "short.course:1: 'step'");
-  expect_refused(fly_with("--course", file("back.course", "step 0 0 0 0 -1\n")), "back.course:1: 'step'");
+  expect_refused(fly_with("--course", made("hop.course", "# up\nhop 1\n")), "hop.course:2: 'hop'");
+  expect_refused(fly_with("--course", made("short.course", "step 0 0 1\n")), "short.course:1: 'step'");
+  expect_refused(fly_with("--course", made("back.course", "step 0 0 0 0 -1\n")), "back.course:1: 'step'");
   expect_refused(fly_with("--course", folder / "none.course"), "none.course");
-  expect_refused(fly_with("--course", file("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
+  expect_refused(fly_with("--course", made("far.course", "step 1 0 0 0 5\nstep 100 0 0 0 5\n")),
                  "far.course:2: 'step': x = 100 m is outside the fence");
-  expect_refused(fly_with("--course", file("low.course", "quintic 0 0 -3 0 5\n")), "low.course:1: 'quintic': z = ");
+  expect_refused(fly_with("--course", made("low.course", "quintic 0 0 -3 0 5\n")), "low.course:1: 'quintic': z = ");
   expect_refused({"fly", "--port", port.string(), "--pose-port", pose.string(), "--vehicle", vehicle.string(),
                   "--gains", table.string()},
                  "--flight");
-  expect_refused(fly_with("--log", file("there.ulg", "x")), "there.ulg: exists already");
+  expect_refused(fly_with("--log", made("there.ulg", "x")), "there.ulg: exists already");
   EXPECT_EQ(text_of(folder / "there.ulg"), "x");
   expect_refused(fly_with("--log", folder / "no" / "x.ulg"), "x.ulg: cannot be written");
   expect_refused(fly_with("--json", folder / "no" / "x.json"), "x.json: cannot be written");
-  expect_refused({"fly", "--port", port.string(), "--pose-port", port.string(), "--vehicle", vehicle.string(),
-                  "--gains", table.string(), "--flight", flight_file.string()},
+  expect_refused(with({"fly", "--port", port.string(), "--pose-port", port.string()}, models()),
                  "port is the autopilot's port, too: name the port of the poses");
   EXPECT_EQ(examined(*autopilot)["obtain_requests"], 0);
 }
 
 TEST_F(BadInput, OfTheEmulatedAutopilotIsNamed) {
-  const auto expect_lab_refused = [this](std::vector<std::string> more, const std::string& named) {
-    more.insert(more.begin(), {"autopilot", "--pty", port.string(), "--duration", "1"});
-    EXPECT_EQ(run_lab(more), 2) << more.back();
+  const auto expect_lab_refused = [this](const Words& more, const std::string& named) {
+    EXPECT_EQ(run_lab(with({"autopilot", "--pty", port.string(), "--duration", "1"}, more)), 2) << more.back();
     const std::string said = error();
     EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
     EXPECT_NE(said.find(named), std::string::npos) << said << " does not name " << named;
   };
   expect_lab_refused({"--script", folder.string()}, folder.string());
-  expect_lab_refused({"--script", file("s", "1 mode F\n2 mode Q\n").string()}, "s:2");
-  expect_lab_refused({"--plant", file("p.toml", "[air]\nwind_m_s = 3\n").string()}, "p.toml:2: 'air.wind_m_s'");
+  expect_lab_refused({"--script", made("s", "1 mode F\n2 mode Q\n")}, "s:2");
+  expect_lab_refused({"--plant", made("p.toml", "[air]\nwind_m_s = 3\n")}, "p.toml:2: 'air.wind_m_s'");
   expect_lab_refused({"--pose-pty", port.string()}, "--pose-pty");
   expect_lab_refused({"--duration", "nan"}, "--duration");
   expect_lab_refused({"--loss", "nan"}, "--loss");
@@ -298,17 +276,14 @@ TEST_F(BadInput, CheckSaysYesToWhatBelongsTogetherAndNoToWhatIsUnsafe) {
   ASSERT_NE(at, std::string::npos);
   const std::size_t end = text.find('\n', at);
   text.replace(at, end - at, "trim_counts = 250.0");
-  const fs::path far = file("far.toml", text);
+  const fs::path far = made("far.toml", text);
   ASSERT_EQ(run_lab({"gains", "--vehicle", far.string(), "--table", (folder / "far.bin").string()}), 0) << error();
   EXPECT_EQ(run(check(far, folder / "far.bin")), 1);
   // `fly` refuses what `check` rejects, unless it is overridden by name; the port is checked after that.
-  std::vector<std::string> fly{"fly",       "--dry-run",  "--port",  "/dev/null",
-                               "--vehicle", far.string(), "--gains", (folder / "far.bin").string()};
   const auto autopilot = start_autopilot();
-  fly[3] = port.string();
+  const Words fly{"fly", "--dry-run", "--port", port.string(), "--vehicle", far.string(), "--gains", path("far.bin")};
   expect_refused(fly, "--override trim");
-  fly.insert(fly.end(), {"--override", "trim", "--hold", "1"});
-  EXPECT_EQ(run(fly), 0) << error();
+  EXPECT_EQ(run(with(fly, {"--override", "trim", "--hold", "1"})), 0) << error();
 }
 
 }  // namespace

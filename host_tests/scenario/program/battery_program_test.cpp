@@ -13,12 +13,9 @@ constexpr const char* kTired = "[battery]\nstart_percent = 23.0\n";
 
 class BatteryLow : public WorldTest {
  protected:
-  void SetUp() override {
-    WorldTest::SetUp();
-    std::ofstream(folder / "away") << "step 0 0 0 0 1\nstep 2 1 0.5 0 60\n";
-  }
-  int fly_away(const std::string& plant, const std::string& hold_s) {
-    return fly_in_world(plant, {"--course", (folder / "away").string(), "--hold", hold_s});
+  int fly_away(const std::string& plant, const std::string& hold_s, const std::string& script = "") {
+    const std::string course = made("away", "step 0 0 0 0 1\nstep 2 1 0.5 0 60\n");
+    return fly_in_world(plant, {"--course", course, "--hold", hold_s}, scripted(script));
   }
   /// Distance, this many seconds before the end, from the position 4 s after the beginning, where it hovered while
   /// control was requested.
@@ -29,7 +26,6 @@ class BatteryLow : public WorldTest {
     const auto& to = ticks.at(ticks.size() - 1 - back).record.position;
     return std::hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
   }
-  std::string all_said() const { return text_of(said) + error(); }
 };
 
 TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
@@ -41,25 +37,20 @@ TEST_F(BatteryLow, IsSaidBroughtHomeAndHandedOver) {
   EXPECT_EQ(all_said().find("coast"), std::string::npos) << all_said();
   EXPECT_GT(away_m(8.0), 1.5) << "the aircraft did not follow its course before";
   EXPECT_LT(away_m(0.0), 0.5);
-  Process replay(M100_PROGRAM, {"replay", log.string()}, errors);
-  EXPECT_EQ(replay.wait(), 0) << "the replay differs: " << error();
+  EXPECT_EQ(run({"replay", log.string()}), 0) << "the replay differs: " << error();
 }
 
 // Regression test: a charge of zero counted as not reported, even in the middle of a flight.
 TEST_F(BatteryLow, IsNoticedWhereTheChargeFallsToNoughtAtOnce) {
   RecordProperty("promise", "R14");
-  std::ofstream(folder / "script.txt") << "18 lie battery 0\n";
-  EXPECT_EQ(fly_in_world("", {"--course", (folder / "away").string(), "--hold", "60"},
-                         {"--script", (folder / "script.txt").string()}),
-            1);
+  EXPECT_EQ(fly_away("", "60", "18 lie battery 0\n"), 1);
   EXPECT_NE(all_said().find("battery low: 0 %"), std::string::npos) << all_said();
   EXPECT_LT(away_m(0.0), 0.5);
 }
 
 TEST_F(BatteryLow, IsNobodysBusinessWhereTheFlightFileSaysSo) {
   const std::string text = text_of(flight_file);
-  std::ofstream(flight_file, std::ios::trunc)
-      << text.substr(0, text.find("[battery]")) << "\n[battery]\nlow_percent = 0\n";
+  made("flight.toml", text.substr(0, text.find("[battery]")) + "\n[battery]\nlow_percent = 0\n");
   EXPECT_EQ(fly_away(kTired, "25"), 0) << error();
   EXPECT_EQ(all_said().find("battery"), std::string::npos) << all_said();
 }

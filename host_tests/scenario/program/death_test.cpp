@@ -26,17 +26,7 @@ struct Case {
 };
 
 struct DeathInFlight : ProgramTest, ::testing::WithParamInterface<Case> {
-  std::vector<std::string> options_of_flight() {
-    std::vector<std::string> options{"--channel", GetParam().channel, "--hold", "60"};
-    if (GetParam().encrypted) {
-      options.insert(options.end(), {"--key-file", key_file(kKey).string()});
-    }
-    return options;
-  }
-  std::unique_ptr<Process> start_examiner() {
-    return start_autopilot(GetParam().encrypted ? std::vector<std::string>{"--key-file", key_file(kKey).string()}
-                                                : std::vector<std::string>{});
-  }
+  Words key() const { return GetParam().encrypted ? Words{"--key-file", key_file(kKey).string()} : Words{}; }
   /// Time from `since` until the autopilot's events show the release; empty if it never happens.
   std::optional<double> seconds_until_released(Clock::time_point since) const {
     if (!wait_for("\"released\"")) {
@@ -62,8 +52,8 @@ INSTANTIATE_TEST_SUITE_P(Program, DeathInFlight,
 TEST_P(DeathInFlight, GivesThePilotHisSticks) {
   RecordProperty("promise", "R15");
   in_real_time([&] {
-    const auto autopilot = start_examiner();
-    Process program(M100_PROGRAM, flight(options_of_flight()), errors);
+    const auto autopilot = start_autopilot(key());
+    Process program(M100_PROGRAM, flight(with({"--channel", GetParam().channel, "--hold", "60"}, key())), errors);
     ASSERT_TRUE(wait_for_control()) << error();
     std::this_thread::sleep_for(std::chrono::seconds(1));
     ASSERT_EQ(noted("\"released\""), 0U) << "it flies";

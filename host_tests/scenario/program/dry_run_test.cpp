@@ -9,11 +9,7 @@ namespace {
 struct DryRun : WorldTest {
   /// @returns stdout of a run. @param code the expected exit code.
   std::string output(const std::vector<std::string>& arguments, int code) {
-    std::string line = M100_PROGRAM;
-    for (const std::string& word : arguments) {
-      line += " " + word;
-    }
-    EXPECT_EQ(Process("/bin/sh", {"-c", line + " > " + said.string()}, errors).wait(), code) << error();
+    EXPECT_EQ(Process("/bin/sh", {"-c", line_of(arguments) + " > " + said.string()}, errors).wait(), code) << error();
     return text_of(said);
   }
 };
@@ -21,16 +17,15 @@ struct DryRun : WorldTest {
 // Every option of a flight is accepted, every file is read, the log is written; the autopilot must not get a byte.
 TEST_F(DryRun, SendsNothingAtAllAndDoesTheRest) {
   RecordProperty("promise", "R4");
-  std::ofstream(folder / "course") << "step 1 0 0 0 5\n";
-  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2", "--course", (folder / "course").string(), "--mode", "robust",
-                              "--channel", "movement", "--app-id", "4711"}),
+  ASSERT_EQ(fly_in_world("", {"--dry-run", "--hold", "2", "--course", made("course", "step 1 0 0 0 5\n"), "--mode",
+                              "robust", "--channel", "movement", "--app-id", "4711"}),
             0)
       << error();
   for (const char* const words : {"dry run: nothing is sent", "switch:    at F", " 0 session failures",
                                   "telemetry comes", "the estimate is healthy"}) {
     EXPECT_NE(text_of(said).find(words), std::string::npos) << words << " is not in\n" << text_of(said);
   }
-  const Json flown = Json::parse(text_of(result));
+  const Json flown = reported();
   EXPECT_EQ(flown["bytes_sent"], 0);
   EXPECT_EQ(flown["pose"], true);
   EXPECT_EQ(flown["obtained"], false);
@@ -59,14 +54,10 @@ TEST_F(DryRun, NeedsNothingButAPort) {
 
 TEST_F(DryRun, RefusesWhatTheFlightWouldRefuse) {
   const auto autopilot = start_autopilot();
-  std::ofstream(folder / "far") << "step 100 0 0 0 5\n";
-  const std::vector<std::string> bare{"fly",         "--dry-run", "--port",
-                                      port.string(), "--course",  (folder / "far").string()};
-  std::vector<std::string> boxed = bare;
-  boxed.insert(boxed.end(), {"--flight", flight_file.string()});
-  EXPECT_EQ(run(boxed), 2);
+  const std::string far = made("far", "step 100 0 0 0 5\n");
+  EXPECT_EQ(run({"fly", "--dry-run", "--port", port.string(), "--course", far, "--flight", flight_file.string()}), 2);
   EXPECT_NE(error().find("far:1: 'step': x = 100 m"), std::string::npos) << error();
-  EXPECT_EQ(run(flight({"--dry-run", "--course", (folder / "far").string()})), 2);
+  EXPECT_EQ(run(flight({"--dry-run", "--course", far})), 2);
   EXPECT_NE(error().find("far:1: 'step': x = 100 m"), std::string::npos) << error();
   EXPECT_EQ(run({"fly", "--dry-run", "--port", port.string(), "--gains", table.string()}), 2);
   EXPECT_NE(error().find("--vehicle"), std::string::npos) << error();
@@ -89,18 +80,16 @@ TEST_F(DryRun, AReplayThatDiffersSaysWhereAndEndsWithOne) {
   const std::size_t offset =
       static_cast<std::size_t>(reinterpret_cast<const char*>(&last.position) - reinterpret_cast<const char*>(&last));
   bytes[at + offset] = static_cast<char>(bytes[at + offset] ^ 1);
-  std::ofstream(folder / "other.ulg", std::ios::binary) << bytes;
-  EXPECT_EQ(run({"replay", (folder / "other.ulg").string()}), 1);
+  EXPECT_EQ(run({"replay", made("other.ulg", bytes)}), 1);
   EXPECT_NE(error().find("tick " + std::to_string(recorded.ticks.size() - 1) + " (1 in all"), std::string::npos)
       << error();
   EXPECT_EQ(run({"replay", log.string(), "--hash"}), 0) << error();
   EXPECT_EQ(run({"replay", log.string(), "--scalar", "float", "--hash"}), 0) << "another arithmetic must not be judged";
   // A line of text (ULog: size, type, level, time) that former versions wrote when a mission began.
   const std::string line = "6" + std::string(8, '\1') + "mission: active";
-  std::ofstream(folder / "mission.ulg", std::ios::binary)
-      << text_of(log) << static_cast<char>(line.size()) << '\0' << 'L' << line;
+  const std::string flown = made("mission.ulg", text_of(log) + static_cast<char>(line.size()) + '\0' + 'L' + line);
   for (const char* const scalar : {"double", "float"}) {
-    EXPECT_EQ(run({"replay", (folder / "mission.ulg").string(), "--scalar", scalar}), 2);
+    EXPECT_EQ(run({"replay", flown, "--scalar", scalar}), 2);
     EXPECT_NE(error().find("mission.ulg: the flight flew a MAVLink mission, which this version does not fly"),
               std::string::npos)
         << error();

@@ -13,31 +13,24 @@ class Excite : public WorldTest {
   const fs::path sticks = folder / "sticks.csv";
   const fs::path forecast = folder / "forecast.json";
 
-  void make(const std::string& axes, std::vector<std::string> more) {
-    std::vector<std::string> arguments{"excite", "--axis", axes, "--out", sticks.string(), "--json", forecast.string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    ASSERT_LE(run_lab(arguments), 1) << error();  // 1: written, but too small to find more than a trim
+  void make(const std::string& axes, const Words& more) {
+    const Words words{"excite", "--axis", axes, "--out", sticks.string(), "--json", forecast.string()};
+    ASSERT_LE(run_lab(with(words, more)), 1) << error();  // 1: written, but too small to find more than a trim
   }
   void fence(const std::string& half_m) {
-    std::ofstream(flight_file, std::ios::trunc) << "[fence]\nx_m = [-" << half_m << ", " << half_m << "]\ny_m = [-"
-                                                << half_m << ", " << half_m << "]\nz_m = [0.3, 6.0]\n";
+    const std::string side = "_m = [-" + half_m + ", " + half_m + "]\n";
+    made("flight.toml", "[fence]\nx" + side + "y" + side + "z_m = [0.3, 6.0]\n");
   }
   /// Flies the sticks. @returns the exit code; writes `result` and `said`.
   int fly(const std::string& script = "", const std::string& plant = "") {
-    std::vector<std::string> of_autopilot;
-    if (!script.empty()) {
-      std::ofstream(folder / "script.txt") << script;
-      of_autopilot = {"--script", (folder / "script.txt").string()};
-    }
-    return fly_in_world(plant, {"--excite", sticks.string(), "--hold", "5"}, of_autopilot);
+    return fly_in_world(plant, {"--excite", sticks.string(), "--hold", "5"}, scripted(script));
   }
-  Json flown() const { return Json::parse(text_of(result))["excitation"]; }
+  Json flown() const { return reported()["excitation"]; }
   /// Largest true distance from the start along x or y [m].
   double farthest_m() const {
-    std::ifstream file(events);
     double farthest = 0.0;
-    for (std::string line; std::getline(file, line);) {
-      if (const Json event = Json::parse(line); event["what"] == "truth") {
+    for (const Json& event : every_event()) {
+      if (event["what"] == "truth") {
         farthest = std::max({farthest, std::abs(event["x_m"].get<double>()), std::abs(event["y_m"].get<double>())});
       }
     }
@@ -88,14 +81,14 @@ TEST_F(Excite, IsAbortedBeforeTheFenceAndTheLawHoldsThePlace) {
   const std::string limit = "distance 30 braking 2";
   ASSERT_NE(by_hand.find(limit), std::string::npos) << by_hand.substr(0, 400);
   by_hand.replace(by_hand.find(limit), limit.size(), "distance 3 braking 900");
-  std::ofstream(sticks, std::ios::trunc) << by_hand;
+  made("sticks.csv", by_hand);
   EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
   const Json excitation = flown();
   EXPECT_EQ(excitation["aborted"], true);
   EXPECT_EQ(excitation["abort"]["why"], "fence");
   EXPECT_NE(text_of(said).find("the aircraft would stop beyond the fence"), std::string::npos) << text_of(said);
   EXPECT_LT(farthest_m(), 3.0);
-  const Json whole = Json::parse(text_of(result));
+  const Json whole = reported();
   EXPECT_EQ(whole["released"], true);
   EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
 }
@@ -105,21 +98,20 @@ TEST_F(Excite, IsAbortedByItsOwnLimitsAndTheLawHoldsThePlace) {
   RecordProperty("promise", "R16");
   make("roll", {"--duration", "40", "--amplitude", "150"});
   fence("12");
-  const std::string made = text_of(sticks);
+  const std::string whole_room = text_of(sticks);
   for (const auto& [why, narrow] : {std::pair{"distance", "distance 0.5 braking 2 speed 6 tilt 0.5"},
                                     std::pair{"speed", "distance 8 braking 2 speed 0.4 tilt 0.5"},
                                     std::pair{"tilt", "distance 8 braking 2 speed 6 tilt 0.05"}}) {
     SCOPED_TRACE(why);
-    const std::size_t begin = made.find("limits roll ");
+    const std::size_t begin = whole_room.find("limits roll ");
     ASSERT_NE(begin, std::string::npos);
-    std::ofstream(sticks) << made.substr(0, begin) + "limits roll " + narrow + made.substr(made.find('\n', begin));
-    fs::remove(log);
-    fs::remove(world);
+    made("sticks.csv",
+         whole_room.substr(0, begin) + "limits roll " + narrow + whole_room.substr(whole_room.find('\n', begin)));
     EXPECT_EQ(fly(), 1) << "expected for an aborted excitation";
     const Json excitation = flown();
     EXPECT_EQ(excitation["abort"]["why"], why);
     EXPECT_LT(farthest_m(), 2.5);
-    const Json whole = Json::parse(text_of(result));
+    const Json whole = reported();
     EXPECT_EQ(whole["released"], true);
     EXPECT_NEAR(whole["position_m"][1].get<double>(), 0.0, 0.5) << "must be back at its position five seconds later";
   }
@@ -154,8 +146,7 @@ TEST_F(Excite, RefusesWhatItCannotFly) {
   make("climb", {"--duration", "20"});
   fence("12");
   const auto autopilot = start_autopilot();
-  std::ofstream(folder / "bad.csv") << "t_s,stick_roll\n0,1\n";
-  EXPECT_EQ(run(flight({"--excite", (folder / "bad.csv").string()})), 2);
+  EXPECT_EQ(run(flight({"--excite", made("bad.csv", "t_s,stick_roll\n0,1\n")})), 2);
   EXPECT_NE(error().find("bad.csv:1: needs the columns t_s, piece"), std::string::npos) << error();
   EXPECT_EQ(run(flight({"--excite", sticks.string(), "--channel", "movement"})), 2);
   EXPECT_NE(error().find("needs --channel virtual_rc"), std::string::npos) << error();

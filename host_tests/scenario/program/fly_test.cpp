@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "firmware/companion/files/recorded_flight.h"
+#include "hal/linux/descriptor.h"
 #include "host_tests/scenario/program/program_fixture.h"
 
 namespace m100::scenario {
@@ -31,17 +32,11 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_P(FlyAndReplay, TheLogGivesEveryByteOfTheFlightAgain) {
   RecordProperty("promise", "R6");
   in_real_time([&] {
-    std::vector<std::string> keys;
-    if (!GetParam().autopilot.empty()) {
-      keys = {"--key-file", key_file(kKey).string()};
-    }
-    std::vector<std::string> of_autopilot = GetParam().autopilot;
-    of_autopilot.insert(of_autopilot.end(), keys.begin(), keys.end());
-    const auto autopilot = start_autopilot(of_autopilot);
-    std::vector<std::string> options{"--once", "--hold", "3", "--log", log.string()};
-    options.insert(options.end(), GetParam().options.begin(), GetParam().options.end());
-    options.insert(options.end(), keys.begin(), keys.end());
-    (void)run(flight(options));  // a busy machine may end the flight early; the log must replay nevertheless
+    const Words keys = GetParam().autopilot.empty() ? Words{} : Words{"--key-file", key_file(kKey).string()};
+    const auto autopilot = start_autopilot(with(GetParam().autopilot, keys));
+    const Words options{"--once", "--hold", "3", "--log", log.string()};
+    (void)run(flight(with(with(options, GetParam().options),
+                          keys)));  // a busy machine may end the flight early; the log must replay nevertheless
     (void)examined(*autopilot);
 
     const companion::RecordedFlight flown = companion::read_flight(log.string());
@@ -101,7 +96,7 @@ TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
           std::chrono::milliseconds(1950 + wait_ms));  // the second request is 2 s after the first
       program.interrupt();
       const int code = program.wait();
-      const bool flew = Json::parse(text_of(result))["obtained"].get<bool>();
+      const bool flew = reported()["obtained"].get<bool>();
       EXPECT_EQ(code, flew ? 0 : 1) << "exit code 0 only if it flew";
     }
     EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
@@ -112,13 +107,10 @@ TEST_F(ProgramTest, AnInterruptWhileControlIsAskedForLeavesNothingHeld) {
 TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
-    std::string line = M100_PROGRAM;
-    for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
-      line += " " + word;
-    }
+    const std::string line = line_of(flight({"--hold", "3", "--json", result.string()}));
     ASSERT_EQ(Process("/bin/sh", {"-c", line + " | head -1 >/dev/null"}).wait(), 0);
-    ASSERT_TRUE(wait_until([&] { return Json::parse(text_of(result)).is_object(); }));
-    EXPECT_EQ(Json::parse(text_of(result))["released"], true);
+    ASSERT_TRUE(wait_until([&] { return reported().is_object(); }));
+    EXPECT_EQ(reported()["released"], true);
     EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
   });
 }
@@ -128,12 +120,9 @@ TEST_F(ProgramTest, AReaderThatLeavesDoesNotEndTheFlight) {
 TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
   in_real_time([&] {
     const auto autopilot = start_autopilot();
-    std::string line = M100_PROGRAM;
-    for (const std::string& word : flight({"--hold", "3", "--json", result.string()})) {
-      line += " " + word;
-    }
+    const std::string line = line_of(flight({"--hold", "3", "--json", result.string()}));
     ASSERT_EQ(Process("/bin/sh", {"-c", "exec " + line + " <&- >&- 2>&-"}).wait(), 0);
-    EXPECT_EQ(Json::parse(text_of(result))["released"], true);
+    EXPECT_EQ(reported()["released"], true);
     const Json examiner = examined(*autopilot);
     EXPECT_GT(examiner["virtual_rc_taken"], 40) << "of 75 in three seconds";
     EXPECT_EQ(examiner["bytes_dropped"], 0) << "bytes outside frames were sent";
@@ -144,33 +133,25 @@ TEST_F(ProgramTest, WithItsStandardStreamsClosedItFliesAllTheSame) {
 class Terminal {
  public:
   Terminal() : other_end_(posix_openpt(O_RDWR | O_NOCTTY)) {
-    EXPECT_TRUE(other_end_ >= 0 && grantpt(other_end_) == 0 && unlockpt(other_end_) == 0);
-    screen_ = open(ptsname(other_end_), O_RDWR | O_NOCTTY);
-    EXPECT_GE(screen_, 0);
+    EXPECT_TRUE(grantpt(other_end_.number) == 0 && unlockpt(other_end_.number) == 0);
+    screen_ = hal::Descriptor(open(ptsname(other_end_.number), O_RDWR | O_NOCTTY));
+    EXPECT_GE(screen(), 0);
   }
-  ~Terminal() {
-    close(screen_);
-    close(other_end_);
-  }
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  int screen() const { return screen_; }
+  int screen() const { return screen_.number; }
   /// Writes this many bytes to the screen, or as many as it takes. @returns their number.
   std::size_t fill(std::size_t bytes) const {
-    const int own = open(ptsname(other_end_), O_WRONLY | O_NOCTTY | O_NONBLOCK);
+    const hal::Descriptor own(open(ptsname(other_end_.number), O_WRONLY | O_NOCTTY | O_NONBLOCK));
     const std::string text(64, '.');
     std::size_t written = 0;
     for (ssize_t count = 1; count > 0 && written < bytes;
          written += static_cast<std::size_t>(std::max<ssize_t>(count, 0))) {
-      count = ::write(own, text.data(), std::min(text.size(), bytes - written));
+      count = ::write(own.number, text.data(), std::min(text.size(), bytes - written));
     }
-    close(own);
     return written;
   }
 
  private:
-  int other_end_, screen_ = -1;
+  hal::Descriptor other_end_, screen_;
 };
 
 // Ctrl-S in the terminal stops its output, but must not stop the tick.
@@ -203,7 +184,7 @@ TEST_F(ProgramTest, ATerminalThatNobodyReadsDoesNotStopTheFlight) {
     Process program(M100_PROGRAM, flight({"--hold", "3", "--json", result.string(), "--status", "always"}), errors,
                     terminal.screen());
     EXPECT_EQ(program.wait(), 0);
-    const Json result_json = Json::parse(text_of(result));
+    const Json result_json = reported();
     EXPECT_EQ(result_json["released"], true);
     EXPECT_EQ(result_json["last_reason"], "released") << result_json;
     EXPECT_EQ(examined(*autopilot)["client_in_control"], false);
@@ -214,11 +195,8 @@ TEST_F(ProgramTest, AFullDiskEndsTheLogAndNotTheFlight) {
   RecordProperty("promise", "R12");
   in_real_time([&] {
     const auto autopilot = start_autopilot();
-    std::string line = "ulimit -f 400; exec " + std::string(M100_PROGRAM);
-    for (const std::string& word : flight({"--hold", "4", "--log", log.string()})) {
-      line += " " + word;
-    }
-    EXPECT_EQ(Process("/bin/sh", {"-c", line}, errors).wait(), 0) << error();
+    const std::string line = line_of(flight({"--hold", "4", "--log", log.string()}));
+    EXPECT_EQ(Process("/bin/sh", {"-c", "ulimit -f 400; exec " + line}, errors).wait(), 0) << error();
     EXPECT_NE(error().find(log.string() + ": the file size limit is reached"), std::string::npos) << error();
     const Json examiner = examined(*autopilot);
     EXPECT_EQ(examiner["client_in_control"], false);
@@ -249,7 +227,7 @@ TEST_F(ProgramTest, AnAdapterPulledOutInFlightEndsTheFlightWithOne) {
     autopilot->send(SIGKILL);
     autopilot.reset();  // closes its pseudo-terminals
     EXPECT_EQ(program.wait(), 1);
-    EXPECT_EQ(Json::parse(text_of(result))["last_reason"], "link_silent");
+    EXPECT_EQ(reported()["last_reason"], "link_silent");
   });
 }
 

@@ -22,7 +22,6 @@ class LimitCycleFlight : public WorldTest {
     }
     return count;
   }
-  std::string all_said() const { return text_of(said) + error(); }
 };
 
 // 40 % more gain and 150 ms more delay than in the vehicle file.
@@ -34,7 +33,7 @@ TEST_F(LimitCycleFlight, IsSaidByNameAndFlownOnByTheCalmLaw) {
   ASSERT_EQ(hover(kSwings), 1) << "a flight that swung is no success: " << error();
   EXPECT_NE(all_said().find("swinging: the aircraft swings by itself, by "), std::string::npos) << all_said();
   EXPECT_NE(all_said().find("Stop and land"), std::string::npos);
-  const Json flown = Json::parse(text_of(result));
+  const Json flown = reported();
   ASSERT_TRUE(flown.contains("swinging")) << flown.dump(1);
   EXPECT_GT(flown["swinging"]["height_rad"].get<double>(), 0.1);
   EXPECT_NEAR(flown["swinging"]["frequency_hz"].get<double>(), 1.4, 0.6);
@@ -61,7 +60,7 @@ TEST_F(LimitCycleFlight, IsNotSaidOfAHealthyHover) {
   RecordProperty("promise", "R17");
   ASSERT_EQ(hover("[air]\nlinear_drag_per_s = 0.3\nwind_m_s = [3.0, 4.0, 0.0]\nturbulence_m_s = 0.8\n"), 0) << error();
   EXPECT_EQ(all_said().find("swing"), std::string::npos) << all_said();
-  EXPECT_FALSE(Json::parse(text_of(result)).contains("swinging"));
+  EXPECT_FALSE(reported().contains("swinging"));
   EXPECT_EQ(ticks_with(safety::FailsafeCondition::kLimitCycle), 0U);
 }
 

@@ -32,6 +32,14 @@ bool wait_until(const Condition& holds, std::chrono::seconds at_most = kPatience
   return true;
 }
 
+/// The words of a command line.
+using Words = std::vector<std::string>;
+
+inline Words with(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
 /// The program that a test starts: `program`, but for the shipped program the one that M100_INSTEAD names, if it is
 /// set. In this way whole tests run the build that counts allocations.
 inline std::string started(const std::string& program) {
@@ -47,10 +55,10 @@ inline std::string started(const std::string& program) {
 class Process {
  public:
   /// @param errors file for stderr; empty: the test's own stderr.
-  /// @param output descriptor for stdout; -1: the test's own stdout.
-  Process(const std::string& program, std::vector<std::string> arguments, const std::filesystem::path& errors = {},
-          int output = -1) {
-    arguments.insert(arguments.begin(), started(program));
+  /// @param output descriptor for stdout; -1: the test's own stdout. @param input for stdin likewise.
+  Process(const std::string& program, const Words& more, const std::filesystem::path& errors = {}, int output = -1,
+          int input = -1) {
+    Words arguments = with({started(program)}, more);
     std::vector<char*> pointers;
     pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) {
@@ -65,7 +73,10 @@ class Process {
     if (output >= 0) {
       posix_spawn_file_actions_adddup2(&actions, output, 1);
     }
-    EXPECT_EQ(posix_spawn(&id_, pointers[0], &actions, nullptr, pointers.data(), environ), 0) << pointers[0];
+    if (input >= 0) {
+      posix_spawn_file_actions_adddup2(&actions, input, 0);
+    }
+    EXPECT_EQ(posix_spawnp(&id_, pointers[0], &actions, nullptr, pointers.data(), environ), 0) << pointers[0];
     posix_spawn_file_actions_destroy(&actions);
   }
   ~Process() {

@@ -6,26 +6,22 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "firmware/companion/files/text/json.h"
+#include "host_tests/own_folder.h"
 #include "host_tests/scenario/program/process.h"
 #include "host_tests/scenario/program/real_time.h"
 
 namespace m100::scenario {
 
 namespace fs = std::filesystem;
-inline std::string text_of(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
+using host_tests::text_of;
 
 /// `m100` and `m100-lab autopilot` with a pose port, in their own folder, with the default vehicle.
-struct ProgramTest : ::testing::Test {
-  const fs::path folder = fs::temp_directory_path() / ("m100_program_" + std::to_string(getpid()));
+struct ProgramTest : host_tests::FolderTest {
   const fs::path port = folder / "port";
   const fs::path pose = folder / "pose";
   const fs::path events = folder / "events.json";
@@ -37,18 +33,16 @@ struct ProgramTest : ::testing::Test {
   const fs::path flight_file = folder / "flight.toml";
 
   void SetUp() override {
-    fs::create_directories(folder);
+    FolderTest::SetUp();
     fs::copy_file(M100_VEHICLE_FILE, vehicle);
     fs::copy_file(M100_TABLE_FILE, table);
     fs::copy_file(M100_FLIGHT_FILE, flight_file);
   }
-  void TearDown() override { fs::remove_all(folder); }
 
-  std::unique_ptr<Process> start_autopilot(std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"autopilot", "--pty",         port.string(), "--pose-pty", pose.string(),
-                                       "--events",  events.string(), "--duration",  "60"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    auto process = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
+  std::unique_ptr<Process> start_autopilot(const Words& more = {}) {
+    const Words words{"autopilot", "--pty",         port.string(), "--pose-pty", pose.string(),
+                      "--events",  events.string(), "--duration",  "60"};
+    auto process = std::make_unique<Process>(M100_LAB_PROGRAM, with(words, more));
     EXPECT_TRUE(wait_until([&] { return fs::exists(port) && fs::exists(pose); }));
     return process;
   }
@@ -63,29 +57,39 @@ struct ProgramTest : ::testing::Test {
   }
   /// Writes a key into a file that only its owner can read.
   fs::path key_file(const std::string& hex) const {
-    fs::path path = folder / "key";
-    std::ofstream(path, std::ios::trunc) << hex << "\n";
+    fs::path path = made("key", hex + "\n");
     fs::permissions(path, fs::perms::owner_read | fs::perms::owner_write);
     return path;
   }
+  /// The files of the vehicle, in the words of every flight.
+  Words models() const {
+    return {"--vehicle", vehicle.string(), "--gains", table.string(), "--flight", flight_file.string()};
+  }
   /// Arguments of m100 fly on the autopilot's line and the pose port of `room`, with the key.
   template <typename Room>
-  std::vector<std::string> fly_words(const Room& room, const std::string& key) const {
-    return {"fly",           "--port",   room.port(),          "--pose-port",    room.pose_port(),
-            "--mavlink-key", key,        "--vehicle",          vehicle.string(), "--gains",
-            table.string(),  "--flight", flight_file.string(), "--json",         result.string()};
+  Words fly_words(const Room& room, const std::string& key) const {
+    return with({"fly", "--port", room.port(), "--pose-port", room.pose_port(), "--mavlink-key", key, "--json",
+                 result.string()},
+                models());
   }
   /// Arguments of a flight that takes control as soon as everything is ready.
-  std::vector<std::string> flight(std::vector<std::string> more = {}) const {
-    std::vector<std::string> arguments{"fly",          "--port",    port.string(),        "--pose-port",
-                                       pose.string(),  "--vehicle", vehicle.string(),     "--gains",
-                                       table.string(), "--flight",  flight_file.string(), "--take-control"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
+  Words flight(const Words& more = {}) const {
+    const Words words{"fly", "--port", port.string(), "--pose-port", pose.string(), "--take-control"};
+    return with(with(words, models()), more);
+  }
+  /// The program with these words, for a shell.
+  static std::string line_of(const Words& arguments) {
+    std::string line = started(M100_PROGRAM);
+    for (const std::string& argument : arguments) {
+      line += " " + argument;
+    }
+    return line;
   }
   /// Runs the program to its end. @returns its exit code; stderr is in error().
-  int run(const std::vector<std::string>& arguments) { return Process(M100_PROGRAM, arguments, errors).wait(); }
-  int run_lab(const std::vector<std::string>& arguments) { return Process(M100_LAB_PROGRAM, arguments, errors).wait(); }
+  int run(const Words& arguments) { return Process(M100_PROGRAM, arguments, errors).wait(); }
+  int run_lab(const Words& arguments) { return Process(M100_LAB_PROGRAM, arguments, errors).wait(); }
+  /// What the program reported with --json.
+  Json reported() const { return Json::parse(text_of(result)); }
   std::string error() const { return text_of(errors); }
   /// Ends the autopilot. @returns its summary.
   Json examined(Process& autopilot) const {
@@ -93,15 +97,17 @@ struct ProgramTest : ::testing::Test {
     EXPECT_EQ(autopilot.wait(), 0);
     return summary();
   }
-  /// The last of the autopilot's events.
-  Json summary() const {
+  /// The autopilot's events in their order.
+  std::vector<Json> every_event() const {
+    std::vector<Json> all;
     std::ifstream file(events);
-    std::string line, last;
-    while (std::getline(file, line)) {
-      last = line;
+    for (std::string line; std::getline(file, line);) {
+      all.push_back(Json::parse(line));
     }
-    return Json::parse(last);
+    return all;
   }
+  /// The last of the autopilot's events.
+  Json summary() const { return every_event().back(); }
   /// Number of occurrences of this text in the autopilot's events.
   std::size_t noted(const std::string& what) const {
     const std::string all = text_of(events);

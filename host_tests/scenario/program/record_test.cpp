@@ -8,7 +8,8 @@
 
 #include <cmath>
 
-#include "host_tests/scenario/program/program_fixture.h"
+#include "hal/linux/descriptor.h"
+#include "host_tests/scenario/program/world_fixture.h"
 #include "host_tests/sim/world/plant.h"
 #include "protocol/dji/frame_encoder.h"
 #include "protocol/dji/session.h"
@@ -23,39 +24,32 @@ namespace {
 class FarEnd {
  public:
   FarEnd() : descriptor_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    EXPECT_TRUE(descriptor_ >= 0 && grantpt(descriptor_) == 0 && unlockpt(descriptor_) == 0);
-    near_ = open(ptsname(descriptor_), O_RDWR | O_NOCTTY);  // sets raw mode before anyone else opens it: no echo
+    EXPECT_TRUE(grantpt(descriptor_.number) == 0 && unlockpt(descriptor_.number) == 0);
+    near_ =
+        hal::Descriptor(open(name().c_str(), O_RDWR | O_NOCTTY));  // sets raw mode before anyone else opens it: no echo
     termios raw{};
-    tcgetattr(near_, &raw);
+    tcgetattr(near_.number, &raw);
     cfmakeraw(&raw);
-    tcsetattr(near_, TCSANOW, &raw);
+    tcsetattr(near_.number, TCSANOW, &raw);
   }
-  ~FarEnd() {
-    close(near_);
-    close(descriptor_);
-  }
-  FarEnd(const FarEnd&) = delete;
-  FarEnd& operator=(const FarEnd&) = delete;
-
-  std::string name() const { return ptsname(descriptor_); }
+  std::string name() const { return ptsname(descriptor_.number); }
   /// Sends the bytes; drops them where the program has not yet read what came before, as it may on a busy machine: the
   /// line would in the end take only a part of a packet.
   void say(std::span<const std::byte> bytes) const {
     int unread = 0;
-    ASSERT_EQ(ioctl(near_, FIONREAD, &unread), 0);
+    ASSERT_EQ(ioctl(near_.number, FIONREAD, &unread), 0);
     if (unread < 2048) {
-      EXPECT_EQ(write(descriptor_, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
+      EXPECT_EQ(write(descriptor_.number, bytes.data(), bytes.size()), static_cast<ssize_t>(bytes.size()));
     }
   }
   std::size_t heard() const {
     std::array<std::byte, 256> bytes;
-    const ssize_t count = read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t count = read(descriptor_.number, bytes.data(), bytes.size());
     return static_cast<std::size_t>(std::max<ssize_t>(count, 0));
   }
 
  private:
-  int descriptor_;
-  int near_ = -1;
+  hal::Descriptor descriptor_, near_;
 };
 
 void tell_telemetry(const FarEnd& line, std::uint16_t number, bool with_sticks) {
@@ -81,17 +75,15 @@ void send_poses(const FarEnd& line, std::uint16_t number) {
   }
 }
 
-class Record : public ProgramTest {
+class Record : public WorldTest {
  protected:
   /// Feeds telemetry until the program ends. @returns its exit code.
   /// @param enough size of the log at which the test interrupts the program: what a log of this size holds does not
   ///   depend on the machine's load, as what came within a time does.
-  int record(std::vector<std::string> more, const FarEnd& line, const FarEnd& pose_line, bool with_sticks = true,
+  int record(const Words& more, const FarEnd& line, const FarEnd& pose_line, bool with_sticks = true,
              std::uintmax_t enough = 32768) {
-    std::vector<std::string> arguments{"record",     "--port", line.name(),    "--log",
-                                       log.string(), "--json", result.string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    Process program(M100_PROGRAM, arguments, errors);
+    const Words words{"record", "--port", line.name(), "--log", log.string(), "--json", result.string()};
+    Process program(M100_PROGRAM, with(words, more), errors);
     int code = -1;
     for (std::uint16_t number = 0; program.id() > 0; ++number) {
       tell_telemetry(line, number, with_sticks);
@@ -118,10 +110,10 @@ TEST_F(Record, SendsNotOneByte) {
   const FarEnd line, pose_line;
   EXPECT_EQ(record({}, line, pose_line), 0) << error();
   EXPECT_EQ(heard_ + line.heard() + pose_line.heard(), 0U);
-  const Json said = Json::parse(text_of(result));
-  EXPECT_EQ(said["recorded"], true);
-  EXPECT_GT(said["streams"]["rc"]["samples"], 10);
-  EXPECT_EQ(said["streams"]["rc"]["samples"], said["packages"]);
+  const Json report = reported();
+  EXPECT_EQ(report["recorded"], true);
+  EXPECT_GT(report["streams"]["rc"]["samples"], 10);
+  EXPECT_EQ(report["streams"]["rc"]["samples"], report["packages"]);
 }
 
 TEST_F(Record, SaysWhatIsMissingForIdentification) {
@@ -146,14 +138,14 @@ TEST_F(Record, NamesTwoSendersOfPosesAndRecordsTheChosenOne) {
   EXPECT_NE(error().find("choose with --pose-from"), std::string::npos) << error();
   fs::remove(log);
   EXPECT_EQ(record({"--pose-port", pose_line.name(), "--pose-from", "1:198"}, line, pose_line), 0) << error();
-  const Json said = Json::parse(text_of(result));
-  EXPECT_GT(said["pose"]["used"], 1);
-  EXPECT_EQ(said["pose"]["senders"].size(), 2U);
+  const Json report = reported();
+  EXPECT_GT(report["pose"]["used"], 1);
+  EXPECT_EQ(report["pose"]["senders"].size(), 2U);
 }
 
 TEST_F(Record, RefusesWhatItCannotDo) {
   const FarEnd line;
-  std::ofstream(log) << "a flight";
+  made("flight.ulg", "a flight");
   EXPECT_EQ(run({"record", "--port", line.name(), "--log", log.string(), "--hold", "1"}), 2);
   EXPECT_NE(error().find("a log is not overwritten"), std::string::npos) << error();
   EXPECT_EQ(run({"record", "--port", "/dev/null/none", "--log", (folder / "b.ulg").string(), "--hold", "1"}), 2);
@@ -195,18 +187,15 @@ TEST_F(Record, AHandFlownLogIsIdentifiedWithTheShippedMap) {
     }
   }
   words.close();
-  const std::string world = "sim:" + (folder / "world").string();
-  Process autopilot(M100_LAB_PROGRAM, {"autopilot", "--sim", (folder / "world").string(), "--rc-mode", "P", "--script",
-                                       script.string(), "--events", events.string()});
-  EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "world"); }));
+  const auto autopilot = start_world({"--rc-mode", "P", "--script", script.string()});
   ASSERT_EQ(run({"record", "--port", world, "--pose-port", world + ".pose", "--log", log.string(), "--hold",
                  std::to_string(at_s), "--json", result.string()}),
             0)
       << error();
-  autopilot.interrupt();
-  const Json said = Json::parse(text_of(result));
-  EXPECT_EQ(said["streams"]["rc"]["gaps"], 0);
-  EXPECT_GE(said["sticks"]["roll"]["most_counts"], 150.0);
+  autopilot->interrupt();
+  const Json report = reported();
+  EXPECT_EQ(report["streams"]["rc"]["gaps"], 0);
+  EXPECT_GE(report["sticks"]["roll"]["most_counts"], 150.0);
 
   const sim::Plant plant = sim::measured_plant();
   for (const auto& [axis, truth] : {std::pair{"roll", plant.roll}, std::pair{"pitch", plant.pitch}}) {

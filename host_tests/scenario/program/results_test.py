@@ -14,6 +14,7 @@ import tempfile
 import time
 
 from command_line_test import file_of, one_line, run
+from mistakes_test import World
 
 SCRIPT = """0.02 silence 0.05
 0.04 lose_acks 2 obtain_control
@@ -98,15 +99,10 @@ def recording_offences(programs, folder, vehicle, table):
 
 def refusal_offences(programs, folder, vehicle, table):
     """The message of a flight that ends by itself must not ask the operator for an input to the ended program."""
-    world = folder / "world"
-    autopilot = subprocess.Popen([programs["m100-lab"], "autopilot", "--sim", world, "--rc-mode", "P"],
-                                 stdout=subprocess.DEVNULL)
-    wait_for(world)
     flight = pathlib.Path(__file__).parents[3] / "firmware/companion/files/example/flight.toml"
-    code, out, err = run(programs["m100"], "fly", "--port", f"sim:{world}", "--pose-port", f"sim:{world}.pose", "--vehicle",
-                         vehicle, "--gains", table, "--flight", flight, "--take-control", "--once")
-    autopilot.terminate()
-    autopilot.wait()
+    with World(programs["m100-lab"], folder, "--rc-mode", "P") as world:
+        code, out, err = run(programs["m100"], "fly", "--port", world.port, "--pose-port", world.port + ".pose", "--vehicle",
+                             vehicle, "--gains", table, "--flight", flight, "--take-control", "--once")
     said = out + err
     if code != 1 or "refused: " not in said or "start it again" not in said or "Enter" in said:
         yield f"fly --once in mode P: exit code {code}, {said}"

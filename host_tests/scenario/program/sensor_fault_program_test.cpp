@@ -23,17 +23,12 @@ class SensorFaults : public WorldTest, public ::testing::WithParamInterface<Faul
 TEST_P(SensorFaults, AreSaidByNameAndEndWithThePilot) {
   RecordProperty("promise", "R14");
   const FaultFlown& fault = GetParam();
-  std::ofstream(folder / "script.txt") << fault.script;
-  EXPECT_EQ(fly_in_world("", {"--hold", "60"}, {"--script", (folder / "script.txt").string()}), 1) << error();
-  const std::string all = text_of(said) + error();
-  EXPECT_NE(all.find(fault.said), std::string::npos) << all;
-  std::ifstream file(events);
+  EXPECT_EQ(fly_in_world("", {"--hold", "60"}, scripted(fault.script)), 1) << error();
+  EXPECT_NE(all_said().find(fault.said), std::string::npos) << all_said();
   double from_m[2] = {}, farthest_m = 0.0;
   bool struck = false, handed = false;
-  Json summary;
-  for (std::string line; std::getline(file, line); summary = Json::parse(line)) {
-    const Json event = Json::parse(line);
-    handed = handed || (struck && line.find("transmitter_has_control") != std::string::npos);
+  for (const Json& event : every_event()) {
+    handed = handed || (struck && event.value("name", "") == "transmitter_has_control");
     if (event.value("what", "") != "truth" || event["t_s"] < kStruckAt_s || handed) {
       continue;
     }
@@ -45,8 +40,8 @@ TEST_P(SensorFaults, AreSaidByNameAndEndWithThePilot) {
   }
   EXPECT_TRUE(struck) << "the program did not command when the sensor fault began";
   EXPECT_LE(farthest_m, fault.within_m);
-  EXPECT_FALSE(summary["client_in_control"].get<bool>());
-  EXPECT_EQ(summary["control_after_loss"], 0);
+  EXPECT_FALSE(summary()["client_in_control"].get<bool>());
+  EXPECT_EQ(summary()["control_after_loss"], 0);
 }
 INSTANTIATE_TEST_SUITE_P(Flown, SensorFaults,
                          ::testing::Values(FaultFlown{"Standing", "18 lie standing\n", "contradicts it, check ", 3.1},

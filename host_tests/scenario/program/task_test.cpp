@@ -5,66 +5,23 @@
 #include <cstdio>
 #include <limits>
 
-#include "host_tests/scenario/program/program_fixture.h"
+#include "host_tests/scenario/program/world_fixture.h"
 
 namespace m100::scenario {
 namespace {
 
 constexpr double kNever_s = std::numeric_limits<double>::infinity();
 
-class Tasks : public ProgramTest {
+class Tasks : public WorldTest {
  protected:
-  const fs::path said = folder / "said.txt";
-  const std::string world = "sim:" + (folder / "world").string();
-
-  std::unique_ptr<Process> start_world(const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"autopilot", "--sim", (folder / "world").string(), "--events", events.string()};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    auto autopilot = std::make_unique<Process>(M100_LAB_PROGRAM, arguments);
-    EXPECT_TRUE(wait_until([&] { return fs::exists(folder / "world"); }));
-    return autopilot;
-  }
-  std::string command(const std::vector<std::string>& options) const {
-    std::string line = std::string(M100_PROGRAM) + " fly --port " + world + " --pose-port " + world +
-                       ".pose --vehicle " + vehicle.string() + " --gains " + table.string() + " --flight " +
-                       flight_file.string() + " --log " + log.string() + " --json " + result.string() + " --once";
-    for (const std::string& option : options) {
-      line += " " + option;
-    }
-    return line + " > " + said.string() + " 2> " + errors.string();
-  }
   /// Flies. @returns the exit code; writes events, result and said.
   int fly(const std::vector<std::string>& options, const std::string& script = "", bool on_ground = true,
           const std::string& plant = "") {
-    std::vector<std::string> more;
-    if (!plant.empty()) {
-      std::ofstream(folder / "plant.toml") << plant;
-      more.insert(more.end(), {"--plant", (folder / "plant.toml").string()});
-    }
-    if (on_ground) {
-      more.emplace_back("--on-ground");
-    }
-    if (!script.empty()) {
-      std::ofstream(folder / "script.txt") << script;
-      more.insert(more.end(), {"--script", (folder / "script.txt").string()});
-    }
-    fs::remove(log);
-    const auto autopilot = start_world(more);
-    const int code = Process("/bin/sh", {"-c", command(options)}).wait();
-    (void)examined(*autopilot);
-    return code;
-  }
-  std::vector<Json> lines() const {
-    std::vector<Json> all;
-    std::ifstream file(events);
-    for (std::string line; std::getline(file, line);) {
-      all.push_back(Json::parse(line));
-    }
-    return all;
+    return fly_in_world(plant, options, with(scripted(script), on_ground ? Words{"--on-ground"} : Words{}));
   }
   /// Time of the autopilot's first such event after `from_s` [s].
   double at(const std::string& name, const std::string& what = "did", double from_s = 0.0) const {
-    for (const Json& line : lines()) {
+    for (const Json& line : every_event()) {
       if (line.value("name", "") == name && line["what"] == what && line["t_s"].get<double>() >= from_s) {
         return line["t_s"].get<double>();
       }
@@ -73,31 +30,29 @@ class Tasks : public ProgramTest {
   }
   /// Number of such events.
   long times(const std::string& name, const std::string& what = "received") const {
-    const std::vector<Json> all = lines();
+    const std::vector<Json> all = every_event();
     return std::count_if(all.begin(), all.end(),
                          [&](const Json& line) { return line.value("name", "") == name && line["what"] == what; });
   }
   /// Extremes of a true coordinate between two times.
   std::pair<double, double> range(const std::string& key, double from_s, double to_s) const {
     std::pair<double, double> seen{kNever_s, -kNever_s};
-    for (const Json& line : lines()) {
+    for (const Json& line : every_event()) {
       if (line["what"] == "truth" && line["t_s"].get<double>() >= from_s && line["t_s"].get<double>() <= to_s) {
         seen = {std::min(seen.first, line[key].get<double>()), std::max(seen.second, line[key].get<double>())};
       }
     }
     return seen;
   }
-  Json flown() const { return Json::parse(text_of(result)); }
-  std::string all() const { return text_of(said) + error(); }
 };
 
 TEST_F(Tasks, TakesOffFliesTheCourseLandsAndGivesControlBackOnTheGround) {
   RecordProperty("promise", "R15");
-  ASSERT_EQ(fly({"--take-control", "--take-off", "--land", "--hold", "6"}), 0) << all();
+  ASSERT_EQ(fly({"--take-off", "--land", "--hold", "6"}), 0) << all_said();
   const double off_s = at("taken_off");
   const double down_s = at("landed");
-  ASSERT_LT(off_s, kNever_s) << all();
-  ASSERT_LT(down_s, kNever_s) << all();
+  ASSERT_LT(off_s, kNever_s) << all_said();
+  ASSERT_LT(down_s, kNever_s) << all_said();
   EXPECT_EQ(range("z_m", 0.0, at("task_takeoff", "received")).second, 0.0)
       << "the aircraft left the ground before the order";
   const auto [low_m, high_m] = range("z_m", off_s + 2.0, off_s + 6.0);
@@ -109,18 +64,16 @@ TEST_F(Tasks, TakesOffFliesTheCourseLandsAndGivesControlBackOnTheGround) {
   EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0) << "limit: the flight status at 10 Hz, and R15";
   EXPECT_EQ(times("task_takeoff"), 1) << "asked once";
   EXPECT_EQ(times("task_land"), 1);
-  EXPECT_EQ(flown()["took_off"], true);
-  EXPECT_EQ(flown()["landed"], true);
-  EXPECT_NE(all().find("the aircraft is on the ground"), std::string::npos) << all();
+  EXPECT_EQ(reported()["took_off"], true);
+  EXPECT_EQ(reported()["landed"], true);
+  EXPECT_NE(all_said().find("the aircraft is on the ground"), std::string::npos) << all_said();
   EXPECT_EQ(run({"replay", log.string()}), 0) << error();
 }
 
 // Catches a program that takes off because it has control, or because the aircraft is on the ground.
 TEST_F(Tasks, NothingTakesOffWithoutTheWordForIt) {
   const auto autopilot = start_world({"--on-ground"});
-  Process program(M100_PROGRAM,
-                  {"fly", "--port", world, "--pose-port", world + ".pose", "--vehicle", vehicle.string(), "--gains",
-                   table.string(), "--flight", flight_file.string(), "--take-off"},
+  Process program(M100_PROGRAM, with({"fly", "--port", world, "--pose-port", world + ".pose", "--take-off"}, models()),
                   errors);
   EXPECT_TRUE(wait_for("\"truth\"", 100)) << "ten seconds";
   program.interrupt();
@@ -133,26 +86,25 @@ TEST_F(Tasks, NothingTakesOffWithoutTheWordForIt) {
 
 TEST_F(Tasks, ThePilotsSwitchEndsATakeOffAtOnce) {
   RecordProperty("promise", "R4");
-  (void)fly({"--take-control", "--take-off", "--hold", "6"});
+  (void)fly({"--take-off", "--hold", "6"});
   const double begun_s = at("task_takeoff", "received");
-  ASSERT_LT(begun_s, kNever_s) << all();
-  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, std::to_string(begun_s + 0.7) + " mode P\n"), 1)
-      << all();
+  ASSERT_LT(begun_s, kNever_s) << all_said();
+  EXPECT_EQ(fly({"--take-off", "--hold", "6"}, std::to_string(begun_s + 0.7) + " mode P\n"), 1) << all_said();
   const double left_s = at("left_f");
-  ASSERT_LT(left_s, kNever_s) << all();
+  ASSERT_LT(left_s, kNever_s) << all_said();
   EXPECT_LT(range("z_m", 0.0, left_s).second, 1.2) << "the interrupt came after the take-off";
   EXPECT_LT(at("task_ended"), kNever_s);
   EXPECT_LE(at("transmitter_has_control", "did", left_s) - left_s, 0.1);
   EXPECT_EQ(times("task_takeoff"), 1) << "the request was repeated";
-  Json last = lines().back();
+  Json last = every_event().back();
   EXPECT_LE(last["latest_after_loss_s"], 0.04);
-  EXPECT_EQ(flown()["took_off"], false);
+  EXPECT_EQ(reported()["took_off"], false);
 }
 
 TEST_F(Tasks, ARefusedTakeOffIsSaidWithItsCodeAndControlGoesBack) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks off\n"), 1) << all();
-  EXPECT_NE(all().find("take-off refused by the autopilot: refused, code 1"), std::string::npos) << all();
+  EXPECT_EQ(fly({"--take-off", "--hold", "6"}, "0 tasks off\n"), 1) << all_said();
+  EXPECT_NE(all_said().find("take-off refused by the autopilot: refused, code 1"), std::string::npos) << all_said();
   EXPECT_EQ(times("task_takeoff"), 1);
   const double requested_s = at("task_takeoff", "received");
   EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0);
@@ -161,8 +113,8 @@ TEST_F(Tasks, ARefusedTakeOffIsSaidWithItsCodeAndControlGoesBack) {
 
 TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks off\n", false), 1) << all();
-  EXPECT_NE(all().find("landing refused by the autopilot: refused, code 1"), std::string::npos) << all();
+  EXPECT_EQ(fly({"--land", "--hold", "2"}, "0 tasks off\n", false), 1) << all_said();
+  EXPECT_NE(all_said().find("landing refused by the autopilot: refused, code 1"), std::string::npos) << all_said();
   const double requested_s = at("task_land", "received");
   EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0);
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
@@ -170,8 +122,8 @@ TEST_F(Tasks, ARefusedLandingIsSaidAndThePilotHasTheSticksInTheAir) {
 
 TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, "0 tasks stuck\n"), 1) << all();
-  EXPECT_NE(all().find("take-off: the autopilot accepted it but did not begin"), std::string::npos) << all();
+  EXPECT_EQ(fly({"--take-off", "--hold", "6"}, "0 tasks stuck\n"), 1) << all_said();
+  EXPECT_NE(all_said().find("take-off: the autopilot accepted it but did not begin"), std::string::npos) << all_said();
   const double requested_s = at("task_takeoff", "received");
   EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 5.0 + 1.0);
   EXPECT_EQ(times("task_takeoff"), 1);
@@ -181,10 +133,10 @@ TEST_F(Tasks, ATaskThatDoesNotBeginIsSaidAndControlGoesBack) {
 TEST_F(Tasks, ATaskThatNobodyAnswersIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
   const std::string script = "0 tasks stuck\n0 lose_acks 1000 task\n";
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, script, false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot does not answer, and its flight status does not show it"),
+  EXPECT_EQ(fly({"--land", "--hold", "2"}, script, false), 1) << all_said();
+  EXPECT_NE(all_said().find("landing: the autopilot does not answer, and its flight status does not show it"),
             std::string::npos)
-      << all();
+      << all_said();
   const double requested_s = at("task_land", "received");
   EXPECT_LE(at("transmitter_has_control", "did", requested_s) - requested_s, 1.0 + 1.0);
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 1.0);
@@ -199,10 +151,9 @@ TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
   for (const bool lands : {false, true}) {
     const std::string task = lands ? "landing" : "take-off", request = lands ? "task_land" : "task_takeoff";
     const double longest_s = lands ? 90.0 : 20.0;
-    EXPECT_EQ(
-        fly({"--take-control", lands ? "--land" : "--take-off", "--hold", "2"}, "0 tasks endless\n", !lands, still), 1)
-        << all();
-    EXPECT_NE(all().find(task + ": the autopilot did not finish it in time"), std::string::npos) << all();
+    EXPECT_EQ(fly({lands ? "--land" : "--take-off", "--hold", "2"}, "0 tasks endless\n", !lands, still), 1)
+        << all_said();
+    EXPECT_NE(all_said().find(task + ": the autopilot did not finish it in time"), std::string::npos) << all_said();
     const double requested_s = at(request, "received");
     const double handed_s = at("transmitter_has_control", "did", requested_s) - requested_s;
     EXPECT_GT(handed_s, longest_s);
@@ -214,8 +165,8 @@ TEST_F(Tasks, ATaskThatDoesNotEndIsSaidAndControlGoesBack) {
 // A landing that does not sink flies level, until the air has carried it a metre away.
 TEST_F(Tasks, ALandingThatDriftsIsEndedAndThePilotHasTheSticksAtOnce) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all();
-  EXPECT_NE(all().find("landing: it drifts with the wind and was ended"), std::string::npos) << all();
+  EXPECT_EQ(fly({"--land", "--hold", "2"}, "0 tasks endless\n", false), 1) << all_said();
+  EXPECT_NE(all_said().find("landing: it drifts with the wind and was ended"), std::string::npos) << all_said();
   const double requested_s = at("task_land", "received");
   const double handed_s = at("transmitter_has_control", "did", requested_s);
   EXPECT_LT(handed_s - requested_s, 90.0) << "limit: the longest landing from the height of a room";
@@ -227,8 +178,8 @@ TEST_F(Tasks, ALandingThatDriftsIsEndedAndThePilotHasTheSticksAtOnce) {
 
 TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
   RecordProperty("promise", "R15");
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, "8 end_task\n", false), 1) << all();
-  EXPECT_NE(all().find("landing: the autopilot aborted it"), std::string::npos) << all();
+  EXPECT_EQ(fly({"--land", "--hold", "2"}, "8 end_task\n", false), 1) << all_said();
+  EXPECT_NE(all_said().find("landing: the autopilot aborted it"), std::string::npos) << all_said();
   EXPECT_LE(at("transmitter_has_control", "did", 8.0) - 8.0, 1.0 + 1.0 + 0.2) << "limit: seen for 1 s, then R15";
   EXPECT_GT(range("z_m", 0.0, kNever_s).first, 0.3) << "the aircraft did not hover meanwhile";
 }
@@ -236,46 +187,45 @@ TEST_F(Tasks, ALandingThatIsBrokenOffIsSaidAndControlGoesBack) {
 // The task needs no pose: a landing that stopped when the pose is lost would hand the aircraft to an unprepared pilot.
 TEST_F(Tasks, ALandingGoesOnWithoutAPose) {
   RecordProperty("promise", "R15");
-  (void)fly({"--take-control", "--land", "--hold", "2"}, "", false);
+  (void)fly({"--land", "--hold", "2"}, "", false);
   const double begun_s = at("task_land", "received");
-  ASSERT_LT(begun_s, kNever_s) << all();
-  EXPECT_EQ(fly({"--take-control", "--land", "--hold", "2"}, std::to_string(begun_s + 0.5) + " pose off\n", false), 0)
-      << all();
+  ASSERT_LT(begun_s, kNever_s) << all_said();
+  EXPECT_EQ(fly({"--land", "--hold", "2"}, std::to_string(begun_s + 0.5) + " pose off\n", false), 0) << all_said();
   const double down_s = at("landed");
-  ASSERT_LT(down_s, kNever_s) << all();
+  ASSERT_LT(down_s, kNever_s) << all_said();
   EXPECT_LE(at("transmitter_has_control", "did", down_s) - down_s, 1.0);
-  EXPECT_EQ(flown()["landed"], true);
+  EXPECT_EQ(reported()["landed"], true);
 }
 
 TEST_F(Tasks, ATakeOffWithoutAPoseBehindItGoesToThePilot) {
   RecordProperty("promise", "R15");
-  (void)fly({"--take-control", "--take-off", "--hold", "6"});
+  (void)fly({"--take-off", "--hold", "6"});
   const double begun_s = at("task_takeoff", "received");
-  EXPECT_EQ(fly({"--take-control", "--take-off", "--hold", "6"}, std::to_string(begun_s + 0.5) + " pose off\n"), 1)
-      << all();
+  EXPECT_EQ(fly({"--take-off", "--hold", "6"}, std::to_string(begun_s + 0.5) + " pose off\n"), 1) << all_said();
   const double off_s = at("taken_off");
-  ASSERT_LT(off_s, kNever_s) << all();
+  ASSERT_LT(off_s, kNever_s) << all_said();
   const double handed_s = at("transmitter_has_control", "did", off_s) - off_s;
   EXPECT_GT(handed_s, 1.0) << "level must wait for a pose";
   EXPECT_LE(handed_s, 3.5) << "limit: 0.5 s until the flight is noticed, 1 s level, neutral, release";
-  EXPECT_NE(all().find("the transmitter has the aircraft"), std::string::npos) << all();
+  EXPECT_NE(all_said().find("the transmitter has the aircraft"), std::string::npos) << all_said();
 }
 
 // Answers are lost on the line, but the autopilot's flight status shows the take-off, too. The request is repeated with
 // the same number, so that the autopilot executes it once.
 TEST_F(Tasks, ATakeOffWhoseAnswersAreLostIsFlownAllTheSame) {
-  EXPECT_EQ(fly({"--take-control", "--take-off", "--land", "--hold", "2"}, "0 lose_acks 3 task\n"), 0) << all();
+  EXPECT_EQ(fly({"--take-off", "--land", "--hold", "2"}, "0 lose_acks 3 task\n"), 0) << all_said();
   EXPECT_EQ(times("task_takeoff"), 1);
-  EXPECT_EQ(flown()["took_off"], true);
+  EXPECT_EQ(reported()["took_off"], true);
 }
 
 /// A wind of the flight file's class, which carries a level aircraft away.
 class TasksInWind : public Tasks, public testing::WithParamInterface<double> {
  protected:
   int fly_in_wind(const std::string& script = "") {
-    std::ofstream(flight_file) << "[fence]\nx_m = [-3, 3]\ny_m = [-3, 3]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5.0\n"
-                                  "[battery]\nlow_percent = 20\n";
-    return fly({"--take-control", "--take-off", "--land", "--hold", "6"}, script, true,
+    made("flight.toml",
+         "[fence]\nx_m = [-3, 3]\ny_m = [-3, 3]\nz_m = [0.3, 4]\n[wind]\nclass_m_s = 5.0\n[battery]\nlow_percent = "
+         "20\n");
+    return fly({"--take-off", "--land", "--hold", "6"}, script, true,
                "[air]\nwind_m_s = [" + std::to_string(-GetParam()) + ", 0, 0]\nlinear_drag_per_s = 0.3\n");
   }
   /// True speed when the transmitter got control [m/s].
@@ -289,12 +239,12 @@ class TasksInWind : public Tasks, public testing::WithParamInterface<double> {
 // The autopilot's tasks hold the attitude, not the place. The take-off ends in the law's hands wherever it has drifted
 // inside the fence; the landing would drift on, and is not ordered.
 TEST_P(TasksInWind, TheLawTakesOverADriftedTakeOffAndHoversInsteadOfADriftingLanding) {
-  EXPECT_EQ(fly_in_wind(), 1) << all();
-  EXPECT_EQ(flown()["took_off"], true);
-  EXPECT_EQ(flown()["landed"], false);
+  EXPECT_EQ(fly_in_wind(), 1) << all_said();
+  EXPECT_EQ(reported()["took_off"], true);
+  EXPECT_EQ(reported()["landed"], false);
   EXPECT_EQ(times("task_land"), 0);
-  EXPECT_NE(all().find("land by hand"), std::string::npos) << all();
-  EXPECT_EQ(all().find("control is not taken"), std::string::npos) << all();
+  EXPECT_NE(all_said().find("land by hand"), std::string::npos) << all_said();
+  EXPECT_EQ(all_said().find("control is not taken"), std::string::npos) << all_said();
   const double handed_s = at("transmitter_has_control", "did", at("taken_off"));
   EXPECT_NEAR(handed_s - at("taken_off"), 17.0, 1.5) << "6 s of --hold, 10 s of hover";
   EXPECT_GT(range("x_m", 0.0, handed_s).first, -3.0);
@@ -306,10 +256,10 @@ TEST_P(TasksInWind, TheLawTakesOverADriftedTakeOffAndHoversInsteadOfADriftingLan
 
 // A hover in place of a landing goes on for its ten seconds with a low battery, too: the pilot was told so.
 TEST_P(TasksInWind, ALowBatteryDoesNotEndTheHoverBeforeThePilotLands) {
-  EXPECT_EQ(fly_in_wind("16 lie battery 10\n"), 1) << all();
-  EXPECT_NE(all().find("land by hand"), std::string::npos) << all();
+  EXPECT_EQ(fly_in_wind("16 lie battery 10\n"), 1) << all_said();
+  EXPECT_NE(all_said().find("land by hand"), std::string::npos) << all_said();
   const double handed_s = at("transmitter_has_control", "did", at("taken_off"));
-  EXPECT_NEAR(handed_s - at("taken_off"), 17.0, 1.5) << all();
+  EXPECT_NEAR(handed_s - at("taken_off"), 17.0, 1.5) << all_said();
   const auto [near_m, far_m] = range("x_m", handed_s - 5.0, handed_s);
   EXPECT_LT(far_m - near_m, 0.3);
 }
@@ -320,27 +270,27 @@ class TasksInStrongWind : public TasksInWind {};
 // At the end of the take-off nothing can stop the aircraft inside its fence: it brakes as soon as it may, and is handed
 // over slowly.
 TEST_P(TasksInStrongWind, ATakeOffThatTheWindCarriesAwayIsBrakedAndHandedOver) {
-  EXPECT_EQ(fly_in_wind(), 1) << all();
-  EXPECT_LT(handed_over_m_s(), 0.9) << all();
-  EXPECT_EQ(all().find("control is not taken"), std::string::npos) << all();
-  EXPECT_NE(all().find("the aircraft is outside its fence"), std::string::npos) << all();
+  EXPECT_EQ(fly_in_wind(), 1) << all_said();
+  EXPECT_LT(handed_over_m_s(), 0.9) << all_said();
+  EXPECT_EQ(all_said().find("control is not taken"), std::string::npos) << all_said();
+  EXPECT_NE(all_said().find("the aircraft is outside its fence"), std::string::npos) << all_said();
 }
 INSTANTIATE_TEST_SUITE_P(OfTheClass, TasksInStrongWind, testing::Values(5.0));
 
 TEST_F(Tasks, TheOperatorsWordLandsAFlightThatHasNoEnd) {
   const auto autopilot = start_world({"--on-ground"});
-  FILE* const typed = popen(command({"--take-control", "--take-off", "--hold", "3600"}).c_str(), "w");
+  FILE* const typed = popen(command({"--take-off", "--hold", "3600"}).c_str(), "w");
   ASSERT_NE(typed, nullptr);
   EXPECT_TRUE(wait_for("\"taken_off\""));
   std::fputs("land\n", typed);
   std::fflush(typed);
-  EXPECT_TRUE(wait_for("\"landed\"")) << all();
+  EXPECT_TRUE(wait_for("\"landed\"")) << all_said();
   const int status = pclose(typed);
-  EXPECT_EQ(WEXITSTATUS(status), 0) << all();
+  EXPECT_EQ(WEXITSTATUS(status), 0) << all_said();
   (void)examined(*autopilot);
   EXPECT_EQ(times("task_land"), 1);
   EXPECT_LE(at("transmitter_has_control", "did", at("landed")) - at("landed"), 1.0);
-  EXPECT_EQ(flown()["landed"], true);
+  EXPECT_EQ(reported()["landed"], true);
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -47,16 +46,14 @@ PhysicsLink::PhysicsLink(const PhysicsAddress& address, std::uint16_t rate_hz, c
   std::memcpy(&to_, found->ai_addr, found->ai_addrlen);
   to_size_ = found->ai_addrlen;
   ::freeaddrinfo(found);
-  socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  socket_ = hal::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   // Not connected, so that a program that answers from another socket is understood; with this option the kernel still
   // reports that nothing listens at the port.
   const int on = 1;
-  if (socket_ < 0 || ::setsockopt(socket_, IPPROTO_IP, IP_RECVERR, &on, sizeof(on)) != 0) {
+  if (socket_.number < 0 || ::setsockopt(socket_.number, IPPROTO_IP, IP_RECVERR, &on, sizeof(on)) != 0) {
     fail(std::strerror(errno));
   }
 }
-
-PhysicsLink::~PhysicsLink() { ::close(socket_); }
 
 void PhysicsLink::fail(const std::string& what) const {
   throw PhysicsError(name_ + ": frame " + std::to_string(packet_.frame) + ": " + what);
@@ -66,8 +63,8 @@ void PhysicsLink::send(const ServoPacket& packet) {
   const std::array<std::byte, ServoPacket::kBytes> bytes = encode(packet);
   const auto* const to = reinterpret_cast<const sockaddr*>(&to_);
   // The first attempt may only report that an earlier packet found nobody.
-  if (::sendto(socket_, bytes.data(), bytes.size(), 0, to, to_size_) < 0 &&
-      ::sendto(socket_, bytes.data(), bytes.size(), 0, to, to_size_) < 0 && errno != ECONNREFUSED) {
+  if (::sendto(socket_.number, bytes.data(), bytes.size(), 0, to, to_size_) < 0 &&
+      ::sendto(socket_.number, bytes.data(), bytes.size(), 0, to, to_size_) < 0 && errno != ECONNREFUSED) {
     fail(std::strerror(errno));
   }
 }
@@ -75,7 +72,7 @@ void PhysicsLink::send(const ServoPacket& packet) {
 /// Drops what has come since the last answer: repeated answers, which would make every later one a step old.
 void PhysicsLink::drop_waiting() {
   std::array<char, 1> begin{};
-  while (::recv(socket_, begin.data(), begin.size(), MSG_DONTWAIT) >= 0) {
+  while (::recv(socket_.number, begin.data(), begin.size(), MSG_DONTWAIT) >= 0) {
     ++dropped_;
   }
 }
@@ -88,13 +85,13 @@ void PhysicsLink::check_program() {
 
 /// @returns nothing: no answer within `at_most`, or a dropped one.
 std::optional<PhysicsAnswer> PhysicsLink::receive(milliseconds at_most) {
-  pollfd one{.fd = socket_, .events = POLLIN, .revents = 0};
+  pollfd one{.fd = socket_.number, .events = POLLIN, .revents = 0};
   if (::poll(&one, 1, static_cast<int>(at_most.count())) <= 0) {
     check_program();
     return std::nullopt;
   }
   thread_local std::array<char, kMaxAnswer> bytes;
-  const ssize_t count = ::recv(socket_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  const ssize_t count = ::recv(socket_.number, bytes.data(), bytes.size(), MSG_DONTWAIT);
   if (count < 0) {
     // Reading the report of an error leaves it in the error queue as well.
     std::array<char, 512> report{};
@@ -102,7 +99,7 @@ std::optional<PhysicsAnswer> PhysicsLink::receive(milliseconds at_most) {
     msghdr message{};
     message.msg_iov = &into;
     message.msg_iovlen = 1;
-    while (::recvmsg(socket_, &message, MSG_ERRQUEUE | MSG_DONTWAIT) >= 0) {
+    while (::recvmsg(socket_.number, &message, MSG_ERRQUEUE | MSG_DONTWAIT) >= 0) {
     }
     if (last_s_) {
       check_program();

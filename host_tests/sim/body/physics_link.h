@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "hal/linux/descriptor.h"
 #include "host_tests/sim/body/physics_program.h"
 #include "host_tests/sim/body/sim_json.h"
 
@@ -37,9 +38,6 @@ class PhysicsLink {
   /// @throws PhysicsError the address means nothing.
   PhysicsLink(const PhysicsAddress& address, std::uint16_t rate_hz, const Patience& patience);
   PhysicsLink(const PhysicsAddress& address, std::uint16_t rate_hz) : PhysicsLink(address, rate_hz, Patience{}) {}
-  ~PhysicsLink();
-  PhysicsLink(const PhysicsLink&) = delete;
-  PhysicsLink& operator=(const PhysicsLink&) = delete;
 
   /// Sends the pulse widths, and waits for the state one step later.
   PhysicsAnswer exchange(const std::array<std::uint16_t, 16>& pulse_us);
@@ -59,7 +57,7 @@ class PhysicsLink {
   PhysicsAddress address_;
   std::string name_;
   Patience patience_;
-  int socket_ = -1;
+  hal::Descriptor socket_;
   sockaddr_storage to_{};
   socklen_t to_size_ = 0;
   ServoPacket packet_;

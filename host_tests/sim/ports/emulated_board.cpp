@@ -34,19 +34,19 @@ void wait_for(int descriptor, const char* what) {
   }
 }
 
-int listen_at(const std::string& path) {
+hal::Descriptor listen_at(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path.size() >= sizeof(address.sun_path)) {
     fail("the name of the temporary folder is too long: " + path);
   }
   std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-  const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (descriptor < 0 || ::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
-      ::listen(descriptor, 1) != 0) {
+  hal::Descriptor socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (::bind(socket.number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0 ||
+      ::listen(socket.number, 1) != 0) {
     fail("cannot listen at " + path);
   }
-  return descriptor;
+  return socket;
 }
 
 }  // namespace
@@ -65,8 +65,8 @@ EmulatedBoard::EmulatedBoard(const std::string& image, const std::string& argume
   }
   start(image, arguments);
   for (std::size_t port = 0; port < kPorts; ++port) {
-    wait_for(listening_[port], "the emulator did not connect");
-    socket_[port] = ::accept4(listening_[port], nullptr, nullptr, SOCK_CLOEXEC);
+    wait_for(listening_[port].number, "the emulator did not connect");
+    socket_[port] = hal::Descriptor(::accept4(listening_[port].number, nullptr, nullptr, SOCK_CLOEXEC));
   }
 }
 
@@ -74,10 +74,6 @@ EmulatedBoard::~EmulatedBoard() {
   if (emulator_ > 0) {
     ::kill(emulator_, SIGKILL);
     ::waitpid(emulator_, nullptr, 0);
-  }
-  for (std::size_t port = 0; port < kPorts; ++port) {
-    ::close(socket_[port]);
-    ::close(listening_[port]);
   }
   std::error_code ignored;
   std::filesystem::remove_all(folder_, ignored);
@@ -110,7 +106,7 @@ void EmulatedBoard::start(const std::string& image, const std::string& arguments
 
 void EmulatedBoard::send(std::size_t port, const std::byte* data, std::size_t size) {
   while (size > 0) {
-    const ssize_t count = ::send(socket_[port], data, size, MSG_NOSIGNAL);
+    const ssize_t count = ::send(socket_[port].number, data, size, MSG_NOSIGNAL);
     if (count <= 0) {
       fail("UART" + std::to_string(port) + " is gone");
     }
@@ -121,8 +117,8 @@ void EmulatedBoard::send(std::size_t port, const std::byte* data, std::size_t si
 
 void EmulatedBoard::receive(std::size_t port, std::byte* data, std::size_t size) {
   while (size > 0) {
-    wait_for(socket_[port], ("UART" + std::to_string(port)).c_str());
-    const ssize_t count = ::recv(socket_[port], data, size, 0);
+    wait_for(socket_[port].number, ("UART" + std::to_string(port)).c_str());
+    const ssize_t count = ::recv(socket_[port].number, data, size, 0);
     if (count <= 0) {
       fail("UART" + std::to_string(port) + " is gone");
     }
@@ -194,7 +190,7 @@ int EmulatedBoard::last_words(hal::LockstepOrder order, hal::Uart& autopilot) {
   const int status = wait_for_exit();
   std::array<std::byte, 1024> bytes{};
   for (ssize_t count = 1; count > 0;) {  // bytes that the emulator sent before it ended are still in the socket
-    count = ::recv(socket_[kAutopilot], bytes.data(), bytes.size(), MSG_DONTWAIT);
+    count = ::recv(socket_[kAutopilot].number, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count > 0) {
       (void)autopilot.write(std::span(bytes).first(static_cast<std::size_t>(count)));
     }

@@ -9,6 +9,7 @@
 
 #include "firmware/core/time.h"
 #include "hal/cortex_m/lockstep_message.h"
+#include "hal/linux/descriptor.h"
 #include "hal/uart.h"
 
 namespace m100::sim {
@@ -48,8 +49,8 @@ class EmulatedBoard {
 
   std::string folder_;
   pid_t emulator_ = -1;
-  std::array<int, kPorts> listening_{-1, -1, -1};
-  std::array<int, kPorts> socket_{-1, -1, -1};
+  std::array<hal::Descriptor, kPorts> listening_;
+  std::array<hal::Descriptor, kPorts> socket_;
   std::array<std::uint32_t, kPorts> sent_{};
   std::array<std::uint32_t, kPorts> received_{};
 };

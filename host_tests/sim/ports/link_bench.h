@@ -21,7 +21,8 @@ class LinkBench {
     N1Config autopilot;
     std::uint32_t baud = 230400;
     std::uint64_t seed = 1;
-    link::ByteTap* tap = nullptr;  ///< sees the bytes of the link
+    link::ByteTap* tap = nullptr;                                  ///< sees the bytes of the link
+    std::function<hal::Uart&(hal::Uart&)> line = std::identity{};  ///< what the link sees of its end of the cable
   };
   static Options over(link::Channel channel) {
     Options options;
@@ -32,7 +33,7 @@ class LinkBench {
   explicit LinkBench(const Options& options)
       : pair_(clock, options.baud, options.seed),
         autopilot(pair_.b(), vehicle, options.autopilot),
-        link(pair_.a(), with_baud(options), options.tap),
+        link(options.line(pair_.a()), with_baud(options), options.tap),
         channel_(options.link.channel.channel) {}
 
   /// One client tick of 10 ms.

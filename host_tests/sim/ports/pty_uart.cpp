@@ -72,14 +72,14 @@ PtyUart::PtyUart(std::string link, std::uint32_t baud) : link_(std::move(link)),
   if (is_served(link_)) {
     throw std::runtime_error(link_ + ": another program like this one serves it; end it, or give another name");
   }
-  master_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (master_ < 0 || grantpt(master_) != 0 || unlockpt(master_) != 0) {
+  master_ = hal::Descriptor(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  if (master_.number < 0 || grantpt(master_.number) != 0 || unlockpt(master_.number) != 0) {
     fail("pseudo-terminal");
   }
-  const std::string name = ptsname(master_);
-  slave_ = ::open(name.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  const std::string name = ptsname(master_.number);
+  slave_ = hal::Descriptor(::open(name.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
   termios settings{};
-  if (slave_ < 0 || tcgetattr(slave_, &settings) != 0) {
+  if (slave_.number < 0 || tcgetattr(slave_.number, &settings) != 0) {
     fail(name);
   }
   cfmakeraw(&settings);
@@ -89,7 +89,7 @@ PtyUart::PtyUart(std::string link, std::uint32_t baud) : link_(std::move(link)),
       cfsetospeed(&settings, speed.code);
     }
   }
-  if (tcsetattr(slave_, TCSANOW, &settings) != 0) {
+  if (tcsetattr(slave_.number, TCSANOW, &settings) != 0) {
     fail(name);
   }
   std::error_code error;
@@ -104,16 +104,14 @@ PtyUart::PtyUart(std::string link, std::uint32_t baud) : link_(std::move(link)),
 
 PtyUart::~PtyUart() {
   std::error_code error;
-  if (std::filesystem::read_symlink(link_, error) == ptsname(master_)) {  // another program may have replaced it
+  if (std::filesystem::read_symlink(link_, error) == ptsname(master_.number)) {  // another program may have replaced it
     std::filesystem::remove(link_, error);
   }
-  ::close(slave_);
-  ::close(master_);
 }
 
 std::uint32_t PtyUart::clients_baud() const {
   termios settings{};
-  if (tcgetattr(slave_, &settings) != 0) {
+  if (tcgetattr(slave_.number, &settings) != 0) {
     return 0;
   }
   for (const Speed& speed : kSpeeds) {
@@ -125,7 +123,7 @@ std::uint32_t PtyUart::clients_baud() const {
 }
 
 core::Expected<std::size_t> PtyUart::read(std::span<std::byte> destination) {
-  const ssize_t count = ::read(master_, destination.data(), destination.size());
+  const ssize_t count = ::read(master_.number, destination.data(), destination.size());
   if (count <= 0) {
     return std::size_t{0};
   }
@@ -145,10 +143,10 @@ core::Expected<std::size_t> PtyUart::write(std::span<const std::byte> source) {
   const std::uint32_t clients = clients_baud();
   if (rates_differ(clients)) {
     const std::vector<std::byte> heard = hal::received_at(source, baud_, clients);
-    (void)!::write(master_, heard.data(), heard.size());  // re-sampled bytes are lost if they do not fit
+    (void)!::write(master_.number, heard.data(), heard.size());  // re-sampled bytes are lost if they do not fit
     return source.size();
   }
-  const ssize_t count = ::write(master_, source.data(), source.size());
+  const ssize_t count = ::write(master_.number, source.data(), source.size());
   return count > 0 ? static_cast<std::size_t>(count) : std::size_t{0};
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "hal/linux/descriptor.h"
 #include "hal/uart.h"
 
 namespace m100::sim {
@@ -32,8 +33,8 @@ class PtyUart final : public hal::Uart {
 
   std::string link_;
   std::uint32_t baud_;
-  int master_ = -1;
-  int slave_ = -1;  ///< kept open, so that a client that closes its end does not hang up the line
+  hal::Descriptor master_;
+  hal::Descriptor slave_;  ///< kept open, so that a client that closes its end does not hang up the line
 };
 
 }  // namespace m100::sim

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "firmware/companion/files/course/course_validation.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -26,12 +27,10 @@ Laid lay(const std::string& text, const CourseLimits& limits = {}) {
   ref::Waypoint<double> start;
   start.position_w_m = {10.0, -3.0, 1.5};
   start.yaw_rad = 0.3;
-  try {
+  laid.said = host_tests::refusal_by<CourseError>([&] {
     laid.pieces = parse_course(text, start, *laid.course, "c");
     validate_course(*laid.course, laid.pieces, start, limits, "c");
-  } catch (const CourseError& wrong) {
-    laid.said = wrong.what();
-  }
+  });
   return laid;
 }
 

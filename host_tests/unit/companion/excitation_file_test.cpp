@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "host_tests/refusal.h"
+
 namespace m100::companion {
 namespace {
 
@@ -88,26 +90,16 @@ INSTANTIATE_TEST_SUITE_P(
                       Wrong{"LimitsOfNoStick", "limits throttle", "limits thrust", "e.csv:2: expected: limits"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+std::string said_of(const std::string& text) {
+  return host_tests::refusal_by<FileError>([&] { (void)parse_excitation(text, "e.csv"); });
+}
+
 TEST_P(WrongFile, IsRefusedInOneLine) {
   std::string text = kGood;
   const std::size_t found = text.find(GetParam().from);
   ASSERT_NE(found, std::string::npos);
   text.replace(found, GetParam().from.size(), GetParam().to);
-  try {
-    (void)parse_excitation(text, "e.csv");
-    FAIL() << text;
-  } catch (const FileError& wrong) {
-    EXPECT_NE(std::string(wrong.what()).find(GetParam().said), std::string::npos) << wrong.what();
-  }
-}
-
-std::string said_of(const std::string& text) {
-  try {
-    (void)parse_excitation(text, "e.csv");
-    return "";
-  } catch (const FileError& wrong) {
-    return wrong.what();
-  }
+  EXPECT_NE(said_of(text).find(GetParam().said), std::string::npos) << text << said_of(text);
 }
 
 constexpr const char* kHead = "# limits roll distance 1000 braking 1000 speed 1000 tilt 0.6\nt_s,piece,stick_roll\n";
@@ -164,12 +156,7 @@ TEST(ExcitationFile, ANoteHoldsWhatALogCanAndIsReadLineByLine) {
             "limits throttle distance 2 braking 2 speed 1.5 tilt 0.34999999999999998\n"
             "roll 120 -15\nthrottle 0 90\n");
   const auto refused = [](const std::string& note) {
-    try {
-      (void)excitation_of_note(note);
-      return std::string();
-    } catch (const FileError& wrong) {
-      return std::string(wrong.what());
-    }
+    return host_tests::refusal_by<FileError>([&] { (void)excitation_of_note(note); });
   };
   const std::string limits = "limits roll distance 8 braking 2 speed 6 tilt 0.5\n";
   EXPECT_EQ(refused(limits + "roll 1 2\n"), "");

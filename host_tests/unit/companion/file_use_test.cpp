@@ -15,30 +15,21 @@
 #include <fstream>
 
 #include "firmware/companion/files/text/regular_file.h"
+#include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct FileUseTest : ::testing::Test {
-  const fs::path folder = fs::temp_directory_path() / ("m100_file_use_" + std::to_string(getpid()));
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
-
-  std::string path(const char* name) const { return (folder / name).string(); }
-  std::string made(const char* name, const char* text = "kept") const {
-    std::ofstream(path(name)) << text;
-    return path(name);
+struct FileUseTest : host_tests::FolderTest {
+  std::string made(const std::string& name, const std::string& text = "kept") const {
+    return FolderTest::made(name, text);
   }
   /// @returns the reason of the refusal, or "" if the use is allowed.
   static std::string refusal(const FileUse& use) {
-    try {
-      use.check();
-      return "";
-    } catch (const FileUseError& wrong) {
-      return wrong.what();
-    }
+    return host_tests::refusal_by<FileUseError>([&] { use.check(); });
   }
   /// All entries of the folder, with the size of each file.
   std::vector<std::string> content() const {

@@ -3,18 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
+#include "firmware/companion/files/text/text_file.h"
 
 namespace m100::companion {
 namespace {
 
 constexpr const char* kFile = "firmware/mpc/generated/vehicle.toml";
-
-std::string read_file(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(stream), {});
-}
 
 TEST(Mode, HasItsNameBothWays) {
   for (const Mode mode : kModes) {

@@ -4,13 +4,12 @@
 #include "firmware/companion/files/recorded_flight.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstddef>
-#include <filesystem>
-#include <fstream>
 
 #include "firmware/log/flight_log.h"
+#include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -25,11 +24,7 @@ std::vector<std::byte> counting(std::size_t count, unsigned first) {
   return out;
 }
 
-struct RecordedFlightTest : ::testing::Test {
-  const fs::path folder = fs::temp_directory_path() / ("m100_recorded_flight_" + std::to_string(getpid()));
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
-
+struct RecordedFlightTest : host_tests::FolderTest {
   /// Two ticks: the first has bytes of every stream, one of them longer than one record; the second is excited.
   static std::string two_ticks() {
     std::vector<std::byte> storage(1U << 16U);
@@ -60,17 +55,10 @@ struct RecordedFlightTest : ::testing::Test {
     });
     return out;
   }
-  RecordedFlight read(const std::string& bytes) const {
-    std::ofstream(folder / "a.ulg", std::ios::binary) << bytes;
-    return read_flight((folder / "a.ulg").string());
-  }
+  RecordedFlight read(const std::string& bytes) const { return read_flight(made("a.ulg", bytes)); }
   std::string refusal(const std::string& bytes) const {
-    try {
-      (void)read(bytes);
-      return "";
-    } catch (const FlightLogError& wrong) {
-      return std::string(wrong.what()).substr((folder / "a.ulg").string().size());
-    }
+    const std::string said = host_tests::refusal_by<FlightLogError>([&] { (void)read(bytes); });
+    return said.empty() ? "" : said.substr(path("a.ulg").size());
   }
 };
 

@@ -6,9 +6,10 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 
 #include "firmware/companion/files/text/text_file.h"
+#include "host_tests/own_folder.h"
+#include "host_tests/refusal.h"
 
 namespace m100::companion {
 namespace {
@@ -61,13 +62,9 @@ TEST(ReplayMemoryText, WhatIsDamagedIsRefusedByItsLine) {
   for (int i = 0; i < 17; ++i) {
     many += "stream 1 " + std::to_string(i) + " 1 1\n";
   }
-  try {
-    (void)parse_replay_memory(many, "key.accepted");
-    FAIL();
-  } catch (const FileError& wrong) {
-    EXPECT_EQ(std::string(wrong.what()).find("key.accepted:18: "), 0U) << wrong.what();
-    EXPECT_NE(std::string(wrong.what()).find("make a new key"), std::string::npos) << wrong.what();
-  }
+  const std::string said = host_tests::refusal_by<FileError>([&] { (void)parse_replay_memory(many, "key.accepted"); });
+  EXPECT_EQ(said.find("key.accepted:18: "), 0U) << said;
+  EXPECT_NE(said.find("make a new key"), std::string::npos) << said;
 }
 
 TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {
@@ -83,12 +80,9 @@ TEST(ReplayMemoryText, EveryNumberIsReadUpToItsLastAndRefusedFromTheNextOn) {
   }
 }
 
-struct ReplayFileTest : ::testing::Test {
-  const fs::path folder = fs::temp_directory_path() / ("m100_replay_file_" + std::to_string(getpid()));
-  const std::string key = (folder / "key").string();
+struct ReplayFileTest : host_tests::FolderTest {
+  const std::string key = path("key");
   const std::string path_for = key + ".accepted";
-  void SetUp() override { fs::create_directories(folder); }
-  void TearDown() override { fs::remove_all(folder); }
 };
 
 TEST_F(ReplayFileTest, OutlivesTheProgram) {
@@ -118,8 +112,8 @@ TEST_F(ReplayFileTest, AProgramThatIsKilledIsRememberedFurtherThanItWas) {
 }
 
 TEST_F(ReplayFileTest, WhatCannotBeWrittenIsRefusedBeforeAnythingFlies) {
-  EXPECT_THROW(SignatureTimesFile((folder / "none" / "key").string()), UsageError);
-  std::ofstream(path_for) << "rubbish\n";
+  EXPECT_THROW(SignatureTimesFile(path("none/key")), UsageError);
+  made("key.accepted", "rubbish\n");
   EXPECT_THROW(SignatureTimesFile{key}, FileError);
 }
 

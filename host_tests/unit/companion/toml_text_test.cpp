@@ -6,16 +6,13 @@
 
 #include <string>
 
+#include "host_tests/refusal.h"
+
 namespace m100::companion {
 namespace {
 
 std::string refusal_of(std::string_view text) {
-  try {
-    static_cast<void>(parse_toml(text, "f"));
-  } catch (const FileError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<FileError>([&] { (void)parse_toml(text, "f"); });
 }
 
 /// The line of the message "f:LINE: what"; 0: the text is accepted.
@@ -105,14 +102,7 @@ TEST(TomlText, ANodeIsRefusedByItsLineAndItsFullName) {
   const TomlNode root =
       parse_toml("[axis.roll]\nscale = 9\nshape = \"jump\"\nlist = [1, \"a\"]\non = true\n", "v.toml");
   const TomlNode& table = *root.get("axis")->get("roll");
-  const auto refusal = [](const auto& use) {
-    try {
-      use();
-      return std::string();
-    } catch (const FileError& wrong) {
-      return std::string(wrong.what());
-    }
-  };
+  const auto refusal = [](const auto& use) { return host_tests::refusal_by<FileError>(use); };
   EXPECT_EQ(table.get("scale")->number(9.0, 9.0), 9.0);
   EXPECT_TRUE(table.get("on")->flag());
   EXPECT_EQ(table.get("none"), nullptr);

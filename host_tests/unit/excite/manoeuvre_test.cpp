@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/excite/manoeuvre.h"
 #include "host_tests/lab/excite/forecast.h"
+#include "host_tests/refusal.h"
 
 #include <gtest/gtest.h>
 
@@ -81,12 +82,9 @@ TEST(Fit, SplitsWhatIsTooLongForTheFence) {
 }
 
 TEST(Fit, NamesTheFenceThatWouldBeEnough) {
-  try {
-    design_manoeuvre({.amplitude_counts = 150.0, .fence_m = 0.2}, kAxis);
-    FAIL() << "nothing fits into 0.2 m";
-  } catch (const std::invalid_argument& refused) {
-    EXPECT_STREQ(refused.what(), "--fence: 0.2 is too small for any manoeuvre of this vehicle; 0.5 is enough");
-  }
+  const auto design = [] { design_manoeuvre({.amplitude_counts = 150.0, .fence_m = 0.2}, kAxis); };
+  EXPECT_EQ(host_tests::refusal_by<std::invalid_argument>(design),
+            "--fence: 0.2 is too small for any manoeuvre of this vehicle; 0.5 is enough");
 }
 
 TEST(Abort, LeavesRoomToBrake) {

@@ -13,6 +13,7 @@
 #include <string>
 #include <thread>
 
+#include "hal/linux/descriptor.h"
 #include "hal/linux/serial_port.h"
 
 namespace m100::hal {
@@ -28,35 +29,29 @@ inline auto open_files() {
 /// The next file that is opened gets descriptor 0, which is one like any other.
 inline void free_descriptor_zero() { ::close(STDIN_FILENO); }
 /// The same file with a descriptor that leaves 0 to what is tested.
-inline int not_zero(int descriptor) {
-  const int other = fcntl(descriptor, F_DUPFD_CLOEXEC, 10);
-  ::close(descriptor);
-  return other;
+inline Descriptor not_zero(int descriptor) {
+  const Descriptor former(descriptor);
+  return Descriptor(fcntl(descriptor, F_DUPFD_CLOEXEC, 10));
 }
 
 /// The far side of a pseudo-terminal, whose name can be moved to another one, as udev does with adapters.
 class FarSide {
  public:
   FarSide() : descriptor_(not_zero(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK))) {
-    EXPECT_GE(descriptor_, 0);
     free_descriptor_zero();
-    EXPECT_EQ(grantpt(descriptor_), 0);
-    EXPECT_EQ(unlockpt(descriptor_), 0);
+    EXPECT_EQ(grantpt(descriptor_.number), 0);
+    EXPECT_EQ(unlockpt(descriptor_.number), 0);
   }
-  ~FarSide() { ::close(descriptor_); }
-  FarSide(const FarSide&) = delete;
-  FarSide& operator=(const FarSide&) = delete;
-
-  std::string name() const { return ptsname(descriptor_); }
+  std::string name() const { return ptsname(descriptor_.number); }
   void send(const std::string& text) {
-    ASSERT_EQ(::write(descriptor_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    ASSERT_EQ(::write(descriptor_.number, text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
   /// Waits until so many bytes have come.
   std::string receive(std::size_t size) {
     std::string all(size, '\0');
     std::size_t got = 0;
     while (got < size) {
-      const ssize_t count = ::read(descriptor_, all.data() + got, size - got);
+      const ssize_t count = ::read(descriptor_.number, all.data() + got, size - got);
       got += count > 0 ? static_cast<std::size_t>(count) : 0U;
       if (count <= 0) {
         std::this_thread::sleep_for(kPatience);
@@ -66,18 +61,18 @@ class FarSide {
   }
   termios settings() const {
     termios result{};
-    EXPECT_EQ(tcgetattr(descriptor_, &result), 0);
+    EXPECT_EQ(tcgetattr(descriptor_.number, &result), 0);
     return result;
   }
   template <typename Change>
   void change(const Change& change) {
     termios changed = settings();
     change(changed);
-    EXPECT_EQ(tcsetattr(descriptor_, TCSANOW, &changed), 0);
+    EXPECT_EQ(tcsetattr(descriptor_.number, TCSANOW, &changed), 0);
   }
 
  private:
-  int descriptor_;
+  Descriptor descriptor_;
 };
 
 inline std::span<const std::byte> bytes_of(const std::string& text) { return std::as_bytes(std::span(text)); }

@@ -12,6 +12,7 @@
 
 #include "hal/linux/file_storage.h"
 #include "hal/linux/monotonic_clock.h"
+#include "host_tests/own_folder.h"
 #include "host_tests/unit/hal/far_side.h"
 
 namespace m100::hal {
@@ -97,10 +98,10 @@ TEST(MonotonicClock, ReallySleepsAndDoesNotForADeadlineBeforeItsMachineStarted) 
   EXPECT_TRUE(sleeps.empty());
 }
 
-struct FileStorageTest : ::testing::Test {
-  std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_log_" + std::to_string(getpid()));
+struct FileStorageTest : host_tests::FolderTest {
+  const std::filesystem::path path = folder / "log";
   void SetUp() override {
-    std::filesystem::remove(path);
+    FolderTest::SetUp();
     free_descriptor_zero();
   }
 };
@@ -119,8 +120,7 @@ TEST_F(FileStorageTest, AppendsToAFlight) {
   }
   EXPECT_EQ(open_files(), open);
   EXPECT_EQ(std::filesystem::status(path).permissions() & std::filesystem::perms(0755), std::filesystem::perms(0644));
-  std::ifstream file(path);
-  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), "flightflight");
+  EXPECT_EQ(host_tests::text_of(path), "flightflight");
 }
 
 int error_of_writing = 0;
@@ -186,7 +186,7 @@ TEST_F(FileStorageTest, SaysWhyItCannotBeOpened) {
   EXPECT_EQ(nowhere.last_error(), ENOENT);
   EXPECT_EQ(nowhere.sync(), core::Status::kUnavailable);
   EXPECT_EQ(nowhere.last_error(), EBADF);
-  std::ofstream(path) << "x";
+  made("log", "x");
   FileStorage again(path.string());
   EXPECT_EQ(again.open(), core::Status::kRefused);
   EXPECT_EQ(again.last_error(), EEXIST);

@@ -25,23 +25,22 @@ class Manager {
     std::memcpy(address_.sun_path, name_.data(), size);
     address_.sun_path[0] = first == '@' ? '\0' : first;
     const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + size);
-    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address_), length), 0);
+    EXPECT_EQ(bind(socket_.number, reinterpret_cast<const sockaddr*>(&address_), length), 0);
     setenv("NOTIFY_SOCKET", name_.c_str(), 1);
   }
   ~Manager() {
-    close(socket_);
     unlink(name_.c_str());
     unsetenv("NOTIFY_SOCKET");
   }
   /// @returns what has arrived; empty: nothing.
   std::string heard() const {
     std::array<char, 256> words{};
-    const ssize_t size = recv(socket_, words.data(), words.size(), MSG_DONTWAIT);
+    const ssize_t size = recv(socket_.number, words.data(), words.size(), MSG_DONTWAIT);
     return size > 0 ? std::string(words.data(), static_cast<std::size_t>(size)) : "";
   }
 
  private:
-  int socket_ = not_zero(socket(AF_UNIX, SOCK_DGRAM, 0));
+  Descriptor socket_ = not_zero(socket(AF_UNIX, SOCK_DGRAM, 0));
   sockaddr_un address_{};
   std::string name_;
 };

@@ -22,31 +22,27 @@ class Peer {
   explicit Peer(in_addr_t from = INADDR_LOOPBACK)
       : descriptor_(not_zero(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0))) {
     sockaddr_in address = at(0, from);
-    EXPECT_EQ(::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+    EXPECT_EQ(::bind(descriptor_.number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
     socklen_t size = sizeof(address);
-    EXPECT_EQ(::getsockname(descriptor_, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    EXPECT_EQ(::getsockname(descriptor_.number, reinterpret_cast<sockaddr*>(&address), &size), 0);
     port_ = ntohs(address.sin_port);
   }
-  ~Peer() { ::close(descriptor_); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
   std::uint16_t port() const { return port_; }
   void send(std::uint16_t port, const std::string& text, in_addr_t to = INADDR_LOOPBACK) const {
     const sockaddr_in address = at(port, to);
-    EXPECT_EQ(::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+    EXPECT_EQ(::sendto(descriptor_.number, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
                        sizeof(address)),
               static_cast<ssize_t>(text.size()));
   }
   /// The next packet; waits for it. If none comes, ctest's time limit ends the test.
   std::string receive() const {
     std::string text(2000, '\0');
-    text.resize(static_cast<std::size_t>(::recv(descriptor_, text.data(), text.size(), 0)));
+    text.resize(static_cast<std::size_t>(::recv(descriptor_.number, text.data(), text.size(), 0)));
     return text;
   }
   bool is_empty() const {
     char byte = 0;
-    return ::recv(descriptor_, &byte, 1, MSG_DONTWAIT | MSG_PEEK) < 0;
+    return ::recv(descriptor_.number, &byte, 1, MSG_DONTWAIT | MSG_PEEK) < 0;
   }
 
  private:
@@ -57,7 +53,7 @@ class Peer {
     address.sin_addr.s_addr = htonl(host);
     return address;
   }
-  int descriptor_;
+  Descriptor descriptor_;
   std::uint16_t port_ = 0;
 };
 

@@ -5,24 +5,16 @@
 #include <string>
 #include <vector>
 
-#include "firmware/companion/command_line.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/subcommands.h"
+#include "host_tests/unit/lab/refusal.h"
 
 namespace m100::lab {
 namespace {
 
 /// The message with which the subcommand refuses.
 std::string refused(std::vector<std::string> words) {
-  companion::CommandLine lab{"test"};
-  add_experiments(lab);
   words.insert(words.begin(), "experiments");
-  try {
-    lab.parse(words);
-  } catch (const InputError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return refusal_of(add_experiments, words);
 }
 
 // Catches a rate that fails an assertion, unknown tasks, and options that have no effect.

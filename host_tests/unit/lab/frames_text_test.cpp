@@ -6,6 +6,7 @@
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/refusal.h"
 #include "protocol/aes256.h"
 #include "protocol/dji/acks.h"
 #include "protocol/dji/frame_encoder.h"
@@ -26,12 +27,8 @@ class FrameLine : public ::testing::TestWithParam<BadLine> {};
 
 // A bad line gives one error that names file, line and key.
 TEST_P(FrameLine, IsRefusedByName) {
-  try {
-    (void)frame_from_line(Json::parse(GetParam().line), {"frames.jsonl", 7}, std::nullopt);
-    FAIL() << "was accepted";
-  } catch (const InputError& error) {
-    EXPECT_EQ(std::string("frames.jsonl:7: ") + GetParam().message, error.what());
-  }
+  const auto read = [] { (void)frame_from_line(Json::parse(GetParam().line), {"frames.jsonl", 7}, std::nullopt); };
+  EXPECT_EQ(host_tests::refusal_by<InputError>(read), std::string("frames.jsonl:7: ") + GetParam().message);
 }
 
 INSTANTIATE_TEST_SUITE_P(

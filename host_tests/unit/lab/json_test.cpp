@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "host_tests/refusal.h"
+
 namespace m100 {
 namespace {
 
@@ -71,14 +73,7 @@ TEST(Json, RefusesWhatIsNoJsonOrTooLarge) {
 
 // Catches a message that does not say what is wrong with a file.
 TEST(Json, SaysWhatCannotBeRead) {
-  const auto refusal = [](const std::function<void()>& read) -> std::string {
-    try {
-      read();
-    } catch (const JsonError& wrong) {
-      return wrong.what();
-    }
-    return "";
-  };
+  const auto refusal = [](const auto& read) { return host_tests::refusal_by<JsonError>(read); };
   const Json tree = Json::parse(R"({"word": "a", "list": [1], "flag": true, "null": null, "large": 1e300})");
   EXPECT_EQ(refusal([&] { tree.at("other"); }), "key 'other' not found");
   EXPECT_EQ(refusal([&] { tree["list"]["a"]; }), "cannot use at() with array");

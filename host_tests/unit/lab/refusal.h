@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "firmware/companion/command_line.h"
+#include "host_tests/refusal.h"
 
 namespace m100::lab {
 
@@ -13,12 +14,7 @@ namespace m100::lab {
 inline std::string refusal_of(void (*add)(companion::CommandLine&), std::vector<std::string> words) {
   companion::CommandLine lab{"test"};
   add(lab);
-  try {
-    lab.parse(std::move(words));
-  } catch (const std::exception& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<std::exception>([&] { lab.parse(std::move(words)); });
 }
 
 }  // namespace m100::lab

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include "host_tests/sim/ports/link_bench.h"
@@ -49,28 +50,14 @@ class FreezingLine final : public hal::Uart {
 
 class FrozenTelemetry : public ::testing::TestWithParam<Channel> {
  protected:
-  FrozenTelemetry()
-      : pair_(clock_, 230400, 1), autopilot_(pair_.b(), vehicle_, {}), line_(pair_.a()), link_(line_, config()) {}
-  static LinkConfig config() {
-    LinkConfig config;
-    config.channel.channel = GetParam();
-    return config;
+  FrozenTelemetry() { bench_.commanding = false; }
+  sim::LinkBench::Options options() {
+    sim::LinkBench::Options options = sim::LinkBench::over(GetParam());
+    options.line = [this](hal::Uart& end) -> hal::Uart& { return line_.emplace(end); };
+    return options;
   }
-  void run(core::Duration time) {
-    for (const core::TimePoint end = clock_.now() + time; clock_.now() < end;) {
-      for (int i = 0; i < 4; ++i) {
-        clock_.advance(sim::N1Autopilot::kTick);
-        autopilot_.advance(clock_.now());
-      }
-      (void)link_.receive(clock_.now());
-    }
-  }
-  hal::ManualClock clock_;
-  sim::StillVehicle vehicle_;
-  hal::UartPair pair_;
-  sim::N1Autopilot autopilot_;
-  FreezingLine line_;
-  SerialLink link_;
+  std::optional<FreezingLine> line_;
+  sim::LinkBench bench_{options()};
 };
 INSTANTIATE_TEST_SUITE_P(Link, FrozenTelemetry, ::testing::Values(Channel::kVirtualRc, Channel::kMovement),
                          [](const auto& tested) {
@@ -81,26 +68,26 @@ INSTANTIATE_TEST_SUITE_P(Link, FrozenTelemetry, ::testing::Values(Channel::kVirt
 // grant.
 TEST_P(FrozenTelemetry, OfATimeBeforeTheGrantFinishesNoRelease) {
   RecordProperty("promise", "R15");
-  run(seconds(5));
-  ASSERT_EQ(link_.authority().stage, AuthorityStage::kReady);
-  line_.is_frozen = true;
-  link_.request_control(clock_.now());
-  run(milliseconds(100));
-  line_.loses_what_is_sent = true;  // the first releases are lost; later ones must succeed
-  run(seconds(3));
-  EXPECT_TRUE(link_.authority().release_pending) << "nothing new has said that the transmitter has it";
-  EXPECT_FALSE(link_.authority().telemetry_fresh);
-  EXPECT_FALSE(link_.authority().link_alive) << "a repeated frame is no sign of life";
-  EXPECT_GT(link_.health().old_packages, 200U);
-  EXPECT_LT(link_.health().old_packages, 400U);
-  line_.loses_what_is_sent = false;
-  run(seconds(1));
-  EXPECT_FALSE(autopilot_.client_in_control());
-  EXPECT_TRUE(link_.authority().release_pending) << "and still nobody has said so";
-  line_.is_frozen = false;
-  run(milliseconds(100));
-  EXPECT_FALSE(link_.authority().release_pending);
-  EXPECT_EQ(link_.authority().stage, AuthorityStage::kSilentCold) << "never by itself";
+  bench_.run(seconds(5));
+  ASSERT_EQ(bench_.link.authority().stage, AuthorityStage::kReady);
+  line_->is_frozen = true;
+  bench_.link.request_control(bench_.clock.now());
+  bench_.run(milliseconds(100));
+  line_->loses_what_is_sent = true;  // the first releases are lost; later ones must succeed
+  bench_.run(seconds(3));
+  EXPECT_TRUE(bench_.link.authority().release_pending) << "nothing new has said that the transmitter has it";
+  EXPECT_FALSE(bench_.link.authority().telemetry_fresh);
+  EXPECT_FALSE(bench_.link.authority().link_alive) << "a repeated frame is no sign of life";
+  EXPECT_GT(bench_.link.health().old_packages, 200U);
+  EXPECT_LT(bench_.link.health().old_packages, 400U);
+  line_->loses_what_is_sent = false;
+  bench_.run(seconds(1));
+  EXPECT_FALSE(bench_.autopilot.client_in_control());
+  EXPECT_TRUE(bench_.link.authority().release_pending) << "and still nobody has said so";
+  line_->is_frozen = false;
+  bench_.run(milliseconds(100));
+  EXPECT_FALSE(bench_.link.authority().release_pending);
+  EXPECT_EQ(bench_.link.authority().stage, AuthorityStage::kSilentCold) << "never by itself";
 }
 
 }  // namespace

@@ -10,24 +10,24 @@ namespace m100::lab::logs {
 namespace {
 
 TEST(Csv, ReadsQuotesCrLfByteOrderMarkAndBlankLines) {
-  const TemporaryFile file("a.csv", "\xEF\xBB\xBF\"t, s\",x\r\n0,+1\r\n\r\n\"0.5\",-2e1\r\n");
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.csv", "\xEF\xBB\xBF\"t, s\",x\r\n0,+1\r\n\r\n\"0.5\",-2e1\r\n");
+  const auto log = open_log(file);
   EXPECT_EQ(log->names(), (std::vector<std::string>{"t, s", "x"}));
   EXPECT_EQ(log->column("t, s", "time").values, (std::vector<double>{0, 0.5}));
   EXPECT_EQ(log->column("x", "rate_x").values, (std::vector<double>{1, -20}));
 }
 
 TEST(Csv, TakesSemicolonsAndTabs) {
-  const TemporaryFile semicolons("a.csv", "t;x\n0;1\n1;2\n");
-  EXPECT_EQ(open_log(semicolons.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
-  const TemporaryFile tabs("b.csv", "t\tx\n0\t1\n1\t2\n");
-  EXPECT_EQ(open_log(tabs.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+  const std::string semicolons = host_tests::made("a.csv", "t;x\n0;1\n1;2\n");
+  EXPECT_EQ(open_log(semicolons)->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+  const std::string tabs = host_tests::made("b.csv", "t\tx\n0\t1\n1\t2\n");
+  EXPECT_EQ(open_log(tabs)->column("x", "rate_x").values, (std::vector<double>{1, 2}));
 }
 
 // A text column, or a column with empty cells, does not matter unless it is asked for.
 TEST(Csv, LooksOnlyAtColumnsThatAreAskedFor) {
-  const TemporaryFile file("a.csv", "t,mode,x\n0,F,1\n1,,2\n");
-  EXPECT_EQ(open_log(file.path())->column("x", "rate_x").values, (std::vector<double>{1, 2}));
+  const std::string file = host_tests::made("a.csv", "t,mode,x\n0,F,1\n1,,2\n");
+  EXPECT_EQ(open_log(file)->column("x", "rate_x").values, (std::vector<double>{1, 2}));
 }
 
 struct BadCsv {
@@ -39,9 +39,9 @@ struct BadCsv {
 class BadCsvFile : public ::testing::TestWithParam<BadCsv> {};
 
 TEST_P(BadCsvFile, IsRefusedWithItsPlace) {
-  const TemporaryFile file("x.csv", GetParam().text);
-  const std::string said = complaint_of([&] { open_log(file.path())->column("x", "rate_x"); });
-  EXPECT_EQ(said.rfind(file.path() + GetParam().says, 0), 0U) << said;
+  const std::string file = host_tests::made("x.csv", GetParam().text);
+  const std::string said = complaint_of([&] { open_log(file)->column("x", "rate_x"); });
+  EXPECT_EQ(said.rfind(file + GetParam().says, 0), 0U) << said;
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -64,20 +64,20 @@ TEST(OpenLog, NamesAFileThatIsNotThere) {
 }
 
 TEST(OpenLog, RefusesADamagedMatFile) {
-  const TemporaryFile file("a.mat", "MATLAB 5.0 MAT-file, cut short");
-  EXPECT_EQ(complaint_of([&] { open_log(file.path()); }).rfind(file.path() + ": ", 0), 0U);
+  const std::string file = host_tests::made("a.mat", "MATLAB 5.0 MAT-file, cut short");
+  EXPECT_EQ(complaint_of([&] { open_log(file); }).rfind(file + ": ", 0), 0U);
 }
 
 // Catches a short row after which the list of topics loses the clock of all following rows.
 TEST(Csv, OneSpoiltRowDoesNotSpoilTheClockOfTheTopics) {
-  const TemporaryFile file("a.csv", "t,x\n0,1\n0.1\n0.2,2\n0.3,3\n");
-  EXPECT_NEAR(open_log(file.path())->topics().at(0).to_s, 0.3, 1e-12);
+  const std::string file = host_tests::made("a.csv", "t,x\n0,1\n0.1\n0.2,2\n0.3,3\n");
+  EXPECT_NEAR(open_log(file)->topics().at(0).to_s, 0.3, 1e-12);
 }
 
 // A stream slower than its file has empty cells in most rows; that does not make it a text column.
 TEST(Csv, EmptyCellsAreNotSampled) {
-  const TemporaryFile file("a.csv", "t,x\n0,1\n1,\n2,\n3,\n4,5\n");
-  const std::vector<double> x = open_log(file.path())->column("x", "rate_x").values;
+  const std::string file = host_tests::made("a.csv", "t,x\n0,1\n1,\n2,\n3,\n4,5\n");
+  const std::vector<double> x = open_log(file)->column("x", "rate_x").values;
   ASSERT_EQ(x.size(), 5U);
   EXPECT_EQ(x[0], 1.0);
   EXPECT_TRUE(std::isnan(x[2]));
@@ -105,11 +105,11 @@ FlightLog with_gaps() {
 // Catches a converted log in which a gap has become data, or in which samples share a time stamp.
 TEST(WriteCsv, KeepsGapsAndClocks) {
   const FlightLog log = with_gaps();
-  const TemporaryFile csv("a.csv", "");
-  const TemporaryFile map("a.toml", "");
-  write_csv(log, csv.path());
-  write_column_map(log, map.path());
-  const FlightLog back = load(csv.path(), map.path());
+  const std::string csv = host_tests::made("a.csv", "");
+  const std::string map = host_tests::made("a.toml", "");
+  write_csv(log, csv);
+  write_column_map(log, map);
+  const FlightLog back = load(csv, map);
   EXPECT_NEAR(back.start_s, log.start_s, 1e-5);
   ASSERT_EQ(back.size, log.size);
   const std::vector<std::uint8_t> gap = back.gap_of({Signal::kAttitudeRoll});

@@ -35,18 +35,18 @@ bool ask_everything(const std::string& path) {
 
 TEST(DamagedLogs, SoundOnesAreRead) {
   for (const auto& [format, bytes] : log_samples("sound")) {
-    const TemporaryFile file(format, bytes);
-    EXPECT_TRUE(ask_everything(file.path())) << format;
-    EXPECT_FALSE(open_log(file.path())->names().empty()) << format;
+    const std::string file = host_tests::made(format, bytes);
+    EXPECT_TRUE(ask_everything(file)) << format;
+    EXPECT_FALSE(open_log(file)->names().empty()) << format;
   }
 }
 
 TEST(DamagedLogs, EveryTruncationIsSurvived) {
   for (const auto& [format, bytes] : log_samples("cut")) {
     for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 50) {
-      const TemporaryFile file(format, bytes.substr(0, length));
+      const std::string file = host_tests::made(format, bytes.substr(0, length));
       SCOPED_TRACE(format + " " + std::to_string(length));
-      ask_everything(file.path());
+      ask_everything(file);
     }
   }
 }
@@ -74,8 +74,8 @@ TEST(DamagedLogs, FlippedBitsAndWildNumbersAreSurvived) {
   for (const auto& [format, bytes] : log_samples("flip")) {
     for (std::uint32_t seed = 0; seed < kRounds; ++seed) {
       SCOPED_TRACE(format + ", seed " + std::to_string(seed));
-      const TemporaryFile file(format, with_damage(bytes, seed));
-      ask_everything(file.path());
+      const std::string file = host_tests::made(format, with_damage(bytes, seed));
+      ask_everything(file);
     }
   }
 }
@@ -87,8 +87,8 @@ TEST(DamagedLogs, ManyColumnsCostNoMoreThanTheirBytes) {
     header += ",c" + std::to_string(k);
     row += ",1";
   }
-  const TemporaryFile file("wide.csv", header + "\n" + row + "\n" + row + "\n");
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("wide.csv", header + "\n" + row + "\n" + row + "\n");
+  const auto log = open_log(file);
   EXPECT_EQ(log->names().size(), 200'001U);
   EXPECT_EQ(log->column("c199999", "x").values.size(), 2U);
   EXPECT_NE(complaint_of([&] { log->column("c200000", "x"); }).find("c20000"), std::string::npos);
@@ -121,8 +121,8 @@ TEST_P(HostileBags, CostNoMoreThanTheirBytes) {
       bag_record(
           bag_field("op", "\x02") + bag_field("conn", UlogBytes::raw(0U)) + bag_field("time", std::string(8, '\1')),
           GetParam().message);
-  const TemporaryFile file("a.bag", bytes);
-  ask_everything(file.path());
+  const std::string file = host_tests::made("a.bag", bytes);
+  ask_everything(file);
 }
 
 INSTANTIATE_TEST_SUITE_P(

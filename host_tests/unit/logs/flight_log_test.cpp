@@ -129,10 +129,10 @@ TEST_P(Stretches, KeepTheirTimesAndTheirRate) {
   EXPECT_EQ(std::count(gap.begin() + 200, gap.end(), 1), static_cast<long>(log.flights[1].begin) - 200);
   EXPECT_EQ(log.of(Signal::kRateX)[log.flights[1].begin - 1], log.of(Signal::kRateX)[log.flights[1].begin]);
   EXPECT_EQ(place_of(log, joined_time(log, 1, t[200] + period_s)).substr(0, 2), "2@");
-  const TemporaryFile csv("out.csv", "");
-  write_csv(log, csv.path());
+  const std::string csv = host_tests::made("out.csv", "");
+  write_csv(log, csv);
   const FlightLog again =
-      load(*open_log(csv.path()), parse_column_map("time = \"t_s\"\n[signals]\nrate_x = \"rate_x\"", ""), period_s);
+      load(*open_log(csv), parse_column_map("time = \"t_s\"\n[signals]\nrate_x = \"rate_x\"", ""), period_s);
   ASSERT_EQ(again.flights.size(), 2U) << "convert writes the times of the file, and no rows for a pause";
   EXPECT_NEAR(again.flights[1].start_s, t[200], 1e-6);
   EXPECT_EQ(again.size, log.size);

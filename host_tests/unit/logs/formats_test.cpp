@@ -29,8 +29,8 @@ class ForeignFile : public ::testing::TestWithParam<Foreign> {};
 // Catches a text reader that accepts every file that no other reader wants: it once printed an ArduPilot log and
 // returned 0.
 TEST_P(ForeignFile, IsRefusedWithoutShowingIt) {
-  const TemporaryFile file("a.bin", GetParam().bytes);
-  const std::string said = complaint_of([&] { open_log(file.path()); });
+  const std::string file = host_tests::made("a.bin", GetParam().bytes);
+  const std::string said = complaint_of([&] { open_log(file); });
   EXPECT_NE(said.find(GetParam().says), std::string::npos) << said;
   EXPECT_EQ(said.find('\x01'), std::string::npos);
 }
@@ -62,8 +62,8 @@ TEST(OpenLog, RefusesWhatHasNoEnd) {
 // --- ArduPilot ---
 
 TEST(ArduPilot, IsReadByTheDefinitionsItCarries) {
-  const TemporaryFile file("a.bin", ardupilot_sample());
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.bin", ardupilot_sample());
+  const auto log = open_log(file);
   const RawColumn roll = log->column("ATT.Roll", "attitude_roll");
   ASSERT_EQ(roll.values.size(), 40U);
   EXPECT_DOUBLE_EQ(roll.values[3], 3.0) << "hundredths by its letter, and not once more by the multiplier";
@@ -77,8 +77,8 @@ TEST(ArduPilot, IsReadByTheDefinitionsItCarries) {
 TEST(ArduPilot, StepsOverDamageAndHalfARecord) {
   std::string bytes = ardupilot_sample();
   bytes.insert(bytes.size() - 60, "noise \xa3\x95\xff noise");
-  const TemporaryFile file("a.bin", bytes.substr(0, bytes.size() - 3));
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.bin", bytes.substr(0, bytes.size() - 3));
+  const auto log = open_log(file);
   EXPECT_GE(log->column("ATT.Roll", "attitude_roll").values.size(), 38U);
   EXPECT_EQ(log->notes().size(), 1U);
 }
@@ -206,9 +206,9 @@ void write_bag(const std::string& path) {
 }
 
 TEST(RosBag2, DecodesItsTypesWithoutDefinitions) {
-  const TemporaryFile file("a.db3", "");
-  write_bag(file.path());
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.db3", "");
+  write_bag(file);
+  const auto log = open_log(file);
   EXPECT_DOUBLE_EQ(log->column("/imu.angular_velocity.y", "rate_y").values[7], -7.0);
   EXPECT_DOUBLE_EQ(log->column("/imu.linear_acceleration.z", "force_z").values[7], 9.8);
   EXPECT_DOUBLE_EQ(log->column("/odom.pose.pose.position.x", "position_x").values[7], 7.0);
@@ -229,15 +229,15 @@ TEST(RosBag2, DecodesItsTypesWithoutDefinitions) {
 
 // A view can be an endless program. A file is data and must not be executed.
 TEST(RosBag2, RefusesAViewInThePlaceOfATable) {
-  const TemporaryFile file("a.db3", "");
+  const std::string file = host_tests::made("a.db3", "");
   {
-    Base base(file.path());
+    Base base(file);
     base.run("CREATE TABLE topics(id INTEGER,name TEXT,type TEXT,serialization_format TEXT)");
     base.run(
         "CREATE VIEW messages AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x+1 FROM c) "
         "SELECT x AS topic_id, x AS timestamp, x AS data FROM c");
   }
-  EXPECT_NE(complaint_of([&] { open_log(file.path()); }).find("not a ROS 2 bag"), std::string::npos);
+  EXPECT_NE(complaint_of([&] { open_log(file); }).find("not a ROS 2 bag"), std::string::npos);
 }
 
 class SharedBag : public ::testing::TestWithParam<const char*> {};

@@ -142,8 +142,8 @@ TEST(ExampleMap, TakesColumnsByTheirOwnNames) {
   for (int k = 0; k < 100; ++k) {
     text += "0.5,0.1,1500,0," + std::to_string(k - 50) + ",12," + std::to_string(0.01 * k) + "\n";
   }
-  const TemporaryFile file("a.csv", text);
-  const std::string example = example_map(*open_log(file.path()));
+  const std::string file = host_tests::made("a.csv", text);
+  const std::string example = example_map(*open_log(file));
   const ColumnMap map = parse_column_map(example, "example");
   EXPECT_EQ(map.time.column, "time");
   EXPECT_EQ(map.signals[static_cast<std::size_t>(Signal::kAttitudeRoll)]->column, "roll");
@@ -155,15 +155,15 @@ TEST(ExampleMap, TakesColumnsByTheirOwnNames) {
 }
 
 TEST(ExampleMap, LeavesOpenWhatNoNameStates) {
-  const TemporaryFile file("a.csv", "a,b,c\n0,1,7\n0.01,2,7\n0.02,2,7\n");
-  const std::string example = example_map(*open_log(file.path()));
+  const std::string file = host_tests::made("a.csv", "a,b,c\n0,1,7\n0.01,2,7\n0.02,2,7\n");
+  const std::string example = example_map(*open_log(file));
   EXPECT_NE(example.find("time = { column = \"a\""), std::string::npos) << example;
   EXPECT_NE(example.find("attitude_roll = { column = \"...\""), std::string::npos) << example;
 }
 
 TEST(Propose, SaysNothingOfNamesThatItDoesNotKnow) {
-  const TemporaryFile file("a.csv", "a,b\n0,1\n1,2\n");
-  EXPECT_FALSE(propose(*open_log(file.path())));
+  const std::string file = host_tests::made("a.csv", "a,b\n0,1\n1,2\n");
+  EXPECT_FALSE(propose(*open_log(file)));
 }
 
 }  // namespace

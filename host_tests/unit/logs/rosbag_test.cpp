@@ -5,10 +5,9 @@
 #endif
 
 #include <cstdint>
-#include <filesystem>
-#include <fstream>
 
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/refusal.h"
 #include "host_tests/unit/logs/log_files.h"
 #include "host_tests/unit/logs/log_samples.h"
 
@@ -74,15 +73,9 @@ std::string bag(const std::string& compression, const std::string& chunk, std::s
          bag_record(bag_field("op", "\x04") + bag_field("ver", raw(std::uint32_t{1})), "index, which nobody needs");
 }
 
-std::string write(const std::string& name, const std::string& bytes) {
-  const std::filesystem::path path = std::filesystem::temp_directory_path() / ("m100_rosbag_" + name);
-  std::ofstream(path, std::ios::binary) << bytes;
-  return path.string();
-}
-
 TEST(RosBag, IsReadByTheDefinitionsItCarries) {
   const std::string inside = messages();
-  const std::string file = write("plain.bag", bag("none", inside, inside.size()));
+  const std::string file = host_tests::made("plain.bag", bag("none", inside, inside.size()));
   const ColumnMap map = parse_column_map(R"(time = "/vicon/m100.time"
 [signals]
 position_x = "/vicon/m100.pose.position.x"
@@ -103,26 +96,22 @@ w = "/vicon/m100.pose.orientation.w"
 }
 
 std::string error_text(const std::string& file, const std::string& column) {
-  try {
-    static_cast<void>(open_log(file)->column(column, "a test"));
-  } catch (const InputError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<InputError>([&] { (void)open_log(file)->column(column, "a test"); });
 }
 
 TEST(RosBag, UnknownTopicsFieldsAndCompressionsAreOneClearError) {
   const std::string inside = messages();
-  const std::string file = write("plain.bag", bag("none", inside, inside.size()));
+  const std::string file = host_tests::made("plain.bag", bag("none", inside, inside.size()));
   EXPECT_NE(error_text(file, "/joystick.axes[0]").find("/joy.axes[0]"), std::string::npos) << "offers what is near";
   for (const char* const wrong : {"/joy.axes[9]", "/none.x"}) {
     const ColumnMap map = parse_column_map("time = \"" + std::string(wrong) + "\"\n[signals]\nrate_x = \"x\"", "map");
     EXPECT_EQ(complaint_of([&] { load(*open_log(file), map); }).rfind("map:1: 'time': " + file + ": '" + wrong, 0), 0U);
   }
-  EXPECT_NE(error_text(write("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
+  EXPECT_NE(error_text(host_tests::made("lz4.bag", bag("lz4", inside, inside.size())), "/joy.axes[0]").find("lz4"),
             std::string::npos);
-  EXPECT_NE(error_text(write("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");
-  EXPECT_NE(error_text(write("none.bag", bag("none", "", 0)), "/joy.axes[0]").find("no message"), std::string::npos);
+  EXPECT_NE(error_text(host_tests::made("old.bag", "#ROSLOG V1.1\n"), "/joy.axes[0]"), "");
+  EXPECT_NE(error_text(host_tests::made("none.bag", bag("none", "", 0)), "/joy.axes[0]").find("no message"),
+            std::string::npos);
 }
 
 #ifdef M100_BZIP2
@@ -134,13 +123,14 @@ TEST(RosBag, Bz2ChunksAreTheSameBag) {
       BZ2_bzBuffToBuffCompress(packed.data(), &size, inside.data(), static_cast<unsigned>(inside.size()), 9, 0, 0),
       BZ_OK);
   packed.resize(size);
-  const std::string plain = write("plain.bag", bag("none", inside, inside.size()));
-  const std::string file = write("packed.bag", bag("bz2", packed, inside.size()));
+  const std::string plain = host_tests::made("plain.bag", bag("none", inside, inside.size()));
+  const std::string file = host_tests::made("packed.bag", bag("bz2", packed, inside.size()));
   EXPECT_EQ(open_log(file)->column("/joy.axes[0]", "a test").values,
             open_log(plain)->column("/joy.axes[0]", "a test").values);
   packed[packed.size() / 2] = static_cast<char>(~packed[packed.size() / 2]);
-  EXPECT_NE(error_text(write("damaged.bag", bag("bz2", packed, inside.size())), "/joy.axes[0]").find("damaged"),
-            std::string::npos);
+  EXPECT_NE(
+      error_text(host_tests::made("damaged.bag", bag("bz2", packed, inside.size())), "/joy.axes[0]").find("damaged"),
+      std::string::npos);
 }
 #endif
 
@@ -149,7 +139,7 @@ TEST(RosBag, EveryTruncationIsSurvived) {
   const std::string inside = messages().substr(0, 3000);
   const std::string whole = bag("none", inside, inside.size());
   for (std::size_t length = 0; length < whole.size(); length += 7) {
-    const std::string file = write("cut.bag", whole.substr(0, length));
+    const std::string file = host_tests::made("cut.bag", whole.substr(0, length));
     if (error_text(file, "/joy.axes[0]").empty()) {  // all of the messages are there, and a note reports the truncation
       EXPECT_FALSE(open_log(file)->notes().empty()) << length;
     }

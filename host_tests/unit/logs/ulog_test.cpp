@@ -34,8 +34,8 @@ UlogBytes sticks(std::size_t padding = 4) {
 }
 
 TEST(Ulog, ReadsNestedFieldsArraysAndInstances) {
-  const TemporaryFile file("a.ulg", sticks().bytes());
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.ulg", sticks().bytes());
+  const auto log = open_log(file);
   EXPECT_EQ(log->column("sticks.timestamp", "time").values, (std::vector<double>{1, 2, 3}));
   EXPECT_EQ(log->column("sticks.place.x", "x").values, (std::vector<double>{0, 0.5, 1}));
   EXPECT_EQ(log->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026}));
@@ -49,14 +49,14 @@ TEST(Ulog, ReadsNestedFieldsArraysAndInstances) {
 
 // PX4 omits the trailing padding on 50 of 65 topics; a reader that requires it refuses every PX4 log.
 TEST(Ulog, ReadsMessagesWithoutTheirTrailingPadding) {
-  const TemporaryFile file("a.ulg", sticks(0).bytes());
-  EXPECT_EQ(open_log(file.path())->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026}));
+  const std::string file = host_tests::made("a.ulg", sticks(0).bytes());
+  EXPECT_EQ(open_log(file)->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026}));
 }
 
 TEST(Ulog, KeepsWhatCameBeforeTheLossOfPower) {
   const std::string bytes = sticks().bytes();
-  const TemporaryFile file("a.ulg", bytes.substr(0, bytes.size() - 5));
-  EXPECT_EQ(open_log(file.path())->column("sticks:1.place.x", "x").values.size(), 2U);
+  const std::string file = host_tests::made("a.ulg", bytes.substr(0, bytes.size() - 5));
+  EXPECT_EQ(open_log(file)->column("sticks:1.place.x", "x").values.size(), 2U);
 }
 
 // The logger lost power in the middle of a message. The data appended later begin where the flags say, not where the
@@ -72,11 +72,11 @@ TEST(Ulog, ReadsAppendedDataBehindABrokenMessage) {
   std::string& bytes = log.bytes();
   bytes[16 + 3 + 8] = 1;  // incompatible flag 0: data appended
   bytes.replace(16 + 3 + 16, 8, UlogBytes::raw(offset));
-  const TemporaryFile file("a.ulg", bytes);
-  EXPECT_EQ(open_log(file.path())->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026, 1027}));
+  const std::string file = host_tests::made("a.ulg", bytes);
+  EXPECT_EQ(open_log(file)->column("sticks.axes[1]", "x").values, (std::vector<double>{1024, 1025, 1026, 1027}));
   bytes[16 + 3 + 8] = 3;  // also an undefined flag
-  const TemporaryFile unknown("b.ulg", bytes);
-  EXPECT_NE(complaint_of([&] { open_log(unknown.path()); }).find("unknown features"), std::string::npos);
+  const std::string unknown = host_tests::made("b.ulg", bytes);
+  EXPECT_NE(complaint_of([&] { open_log(unknown); }).find("unknown features"), std::string::npos);
 }
 
 TEST(Ulog, FindsItsWayBackAfterDamage) {
@@ -84,8 +84,8 @@ TEST(Ulog, FindsItsWayBackAfterDamage) {
   log.append(std::string(37, '\xEE'));
   log.message('S', std::string("\x2f\x73\x13\x20\x25\x0c\xbb\x12", 8));
   log.data(7, stick_sample(3, 7, 4));
-  const TemporaryFile file("a.ulg", log.bytes());
-  const auto read = open_log(file.path());
+  const std::string file = host_tests::made("a.ulg", log.bytes());
+  const auto read = open_log(file);
   EXPECT_EQ(read->column("sticks.axes[1]", "x").values.back(), 1027.0);
   ASSERT_EQ(read->notes().size(), 1U);
   EXPECT_EQ(read->notes().front().rfind("37 bytes", 0), 0U) << read->notes().front();
@@ -94,8 +94,8 @@ TEST(Ulog, FindsItsWayBackAfterDamage) {
 TEST(Ulog, RefusesUnknownColumnsAndCountsForeignData) {
   UlogBytes log = sticks();
   log.data(99, std::string(24, '\0'));
-  const TemporaryFile file("a.ulg", log.bytes());
-  const auto read = open_log(file.path());
+  const std::string file = host_tests::made("a.ulg", log.bytes());
+  const auto read = open_log(file);
   EXPECT_NE(complaint_of([&] { read->column("sticks.place.z", "rate_x"); }).find("sticks.place.x"), std::string::npos);
   ASSERT_EQ(read->notes().size(), 1U);
   EXPECT_NE(read->notes().front().find("never announced"), std::string::npos);
@@ -143,8 +143,8 @@ TEST_P(HostileUlog, FormatsCostNoMoreThanTheirText) {
   }
   log.subscribe(0, 9, "bad");
   log.data(9, std::string(64, '\0'));
-  const TemporaryFile file("a.ulg", log.bytes());
-  const auto read = open_log(file.path());
+  const std::string file = host_tests::made("a.ulg", log.bytes());
+  const auto read = open_log(file);
   EXPECT_EQ(read->column("sticks.axes[1]", "x").values.size(), 3U);
   EXPECT_LE(read->names().size(), RawLog::kMaxNames);
   EXPECT_EQ(read->topics().size(), 3U);

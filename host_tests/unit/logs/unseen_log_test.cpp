@@ -145,8 +145,8 @@ TEST(UnseenLog, OnlyASpecificForceInBodyAxesIsUsed) {
 // --- names and formats ---
 
 TEST(UnseenLog, AColumnWithoutANameIsNumbered) {
-  const TemporaryFile file("a.csv", ",t,x,\n0,0.0,1,5\n1,0.1,2,6\n");
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.csv", ",t,x,\n0,0.0,1,5\n1,0.1,2,6\n");
+  const auto log = open_log(file);
   EXPECT_EQ(log->names(), (std::vector<std::string>{"column_1", "t", "x", "column_4"}));
   EXPECT_EQ(log->column("column_4", "x").values, (std::vector<double>{5.0, 6.0}));
   EXPECT_FALSE(propose(*log));
@@ -162,8 +162,8 @@ TEST(UnseenLog, ArduPilotsMillisecondsAreTheClockAndTheGpsWeekIsNot) {
     bytes += record(2, UlogBytes::raw(week_ms) + "\1\1");
     bytes += record(3, UlogBytes::raw(week_ms) + "\1\1" + UlogBytes::raw(1000U + 20U * k));
   }
-  const TemporaryFile file("a.bin", bytes);
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.bin", bytes);
+  const auto log = open_log(file);
   for (const TopicSummary& topic : log->topics()) {
     EXPECT_LT(topic.to_s, 2.0) << topic.name;
     EXPECT_EQ(topic.messages, 40U) << topic.name;
@@ -212,24 +212,24 @@ void write_mat(const std::string& path, mat_ft version, const char* name, const 
 }
 
 TEST(UnseenLog, Matlab73IsReadAndACutOneIsNamed) {
-  const TemporaryFile file("a.mat", "");
-  std::filesystem::remove(file.path());
-  write_mat(file.path(), MAT_FT_MAT73, "E", series(60, [](double k) { return k; }));
-  const auto log = open_log(file.path());
+  const std::string file = host_tests::made("a.mat", "");
+  std::filesystem::remove(file);
+  write_mat(file, MAT_FT_MAT73, "E", series(60, [](double k) { return k; }));
+  const auto log = open_log(file);
   EXPECT_EQ(log->format(), "MAT 7.3");
   EXPECT_EQ(log->names(), (std::vector<std::string>{"E.x[1]", "E.x[2]"}));
   EXPECT_DOUBLE_EQ(log->column("E.x[2]", "x").values[3], 7.0);
-  std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) - 100);
-  EXPECT_NE(complaint_of([&] { open_log(file.path()); }).find("7.3"), std::string::npos);
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 100);
+  EXPECT_NE(complaint_of([&] { open_log(file); }).find("7.3"), std::string::npos);
 }
 
 TEST(UnseenLog, AFlightMayLieInSeveralMatFilesOfOneFolder) {
-  const TemporaryFile clock("clock.mat", "");
-  const TemporaryFile states("states.mat", "");
-  write_mat(clock.path(), MAT_FT_MAT5, "c", series(60, [](double k) { return 0.01 * k; }));
-  write_mat(states.path(), MAT_FT_MAT5, "s", series(60, [](double k) { return k; }));
-  const std::string name = std::filesystem::path(states.path()).filename().string();
-  const auto log = open_log(clock.path());
+  const std::string clock = host_tests::made("clock.mat", "");
+  const std::string states = host_tests::made("states.mat", "");
+  write_mat(clock, MAT_FT_MAT5, "c", series(60, [](double k) { return 0.01 * k; }));
+  write_mat(states, MAT_FT_MAT5, "s", series(60, [](double k) { return k; }));
+  const std::string name = std::filesystem::path(states).filename().string();
+  const auto log = open_log(clock);
   EXPECT_DOUBLE_EQ(log->column(name + ":s.x[1]", "x").values[2], 4.0);
   for (const char* const wrong : {"none.mat:s.x[1]", "c.y", "c.x", "c.x[3]", "c.x[0]"}) {
     const std::string map = "time = \"c.x[1]\"\n[signals]\nrate_x = \"" + std::string(wrong) + "\"";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/sim/world/plant_file.h"
+#include "host_tests/refusal.h"
 #include "host_tests/sim/world/base_plant.h"
 
 #include <gtest/gtest.h>
@@ -149,13 +150,10 @@ struct Bad {
 class BadPlantFile : public ::testing::TestWithParam<Bad> {};
 
 TEST_P(BadPlantFile, IsRefusedInOneLineThatNamesThePlace) {
-  try {
-    (void)parse_plant(GetParam().text, "p.toml");
-    FAIL() << "was accepted";
-  } catch (const companion::FileError& error) {
-    EXPECT_NE(std::string(error.what()).find(GetParam().says), std::string::npos) << error.what();
-    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-  }
+  const std::string said =
+      host_tests::refusal_by<companion::FileError>([] { (void)parse_plant(GetParam().text, "p.toml"); });
+  EXPECT_NE(said.find(GetParam().says), std::string::npos) << said;
+  EXPECT_EQ(said.find('\n'), std::string::npos);
 }
 INSTANTIATE_TEST_SUITE_P(
     Table, BadPlantFile,

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "host_tests/refusal.h"
 #include "host_tests/unit/sim/n1_fixture.h"
 #include "protocol/aes256.h"
 
@@ -259,12 +260,7 @@ std::string line_of(const std::string& key, const std::string& value) {
 }
 
 std::string refusal_of(const std::string& text) {
-  try {
-    parse_real_autopilot(text, "real.toml");
-  } catch (const companion::FileError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<companion::FileError>([&] { parse_real_autopilot(text, "real.toml"); });
 }
 
 TEST(RealAutopilotFile, EachKeyChangesWhatIsSeen) {

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "host_tests/refusal.h"
 #include "host_tests/sim/world/plant_file.h"
 
 namespace m100::sim {
@@ -13,12 +14,7 @@ const BodyChoice kStarted{.body = "identified", .command = "world {port} {wind}"
 const BodyChoice kRuns{.body = "json:127.0.0.1:9002", .command = ""};
 
 std::string refusal(const BodyChoice& body, const std::string& text) {
-  try {
-    static_cast<void>(parse_plant(body, text, "p.toml", ""));
-  } catch (const companion::FileError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<companion::FileError>([&] { (void)parse_plant(body, text, "p.toml", ""); });
 }
 
 TEST(BodyPlant, RefusesWhatThePhysicsProgramHasItself) {

@@ -11,8 +11,10 @@
 #include <functional>
 #include <thread>
 
+#include "host_tests/refusal.h"
 #include "host_tests/sim/body/body_choice.h"
 #include "host_tests/sim/body/step_response.h"
+#include "host_tests/sim/ports/loopback_socket.h"
 
 namespace m100::sim {
 namespace {
@@ -33,22 +35,14 @@ class Peer {
  public:
   using Answers = std::function<std::vector<std::string>(int packet)>;
   explicit Peer(Answers answers) : answers_(std::move(answers)) {
-    socket_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    sockaddr_in own{};
-    own.sin_family = AF_INET;
-    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof(own);
-    EXPECT_EQ(::bind(socket_, reinterpret_cast<const sockaddr*>(&own), size), 0);
-    EXPECT_EQ(::getsockname(socket_, reinterpret_cast<sockaddr*>(&own), &size), 0);
-    address_ = {.host = "127.0.0.1", .port = ntohs(own.sin_port)};
+    address_ = {.host = "127.0.0.1", .port = socket_.port()};
     const timeval tick{.tv_sec = 0, .tv_usec = 10000};
-    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &tick, sizeof(tick));
+    ::setsockopt(socket_.number(), SOL_SOCKET, SO_RCVTIMEO, &tick, sizeof(tick));
     thread_ = std::thread([this] { serve(); });
   }
   ~Peer() {
     ends_ = true;
     thread_.join();
-    ::close(socket_);
   }
   const PhysicsAddress& address() const { return address_; }
 
@@ -58,31 +52,29 @@ class Peer {
       std::array<char, 64> bytes{};
       sockaddr_in from{};
       socklen_t size = sizeof(from);
-      if (::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) != 40) {
+      if (::recvfrom(socket_.number(), bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size) !=
+          40) {
         continue;
       }
       for (const std::string& text : answers_(packet++)) {
-        ::sendto(socket_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
+        ::sendto(socket_.number(), text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
       }
     }
   }
   Answers answers_;
   PhysicsAddress address_;
-  int socket_ = -1;
+  LoopbackSocket socket_;
   std::atomic<bool> ends_ = false;
   std::thread thread_;
 };
 
 std::string failure(const Peer& peer, int exchanges) {
-  try {
+  return host_tests::refusal_by<PhysicsError>([&] {
     PhysicsLink link(peer.address(), 400, kShort);
     for (int i = 0; i < exchanges; ++i) {
       link.exchange(kPulses);
     }
-  } catch (const PhysicsError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  });
 }
 
 TEST(PhysicsLink, SendsALostPacketAgainAndDropsRepeatedAndLateAnswers) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "host_tests/refusal.h"
+
 namespace m100::sim {
 namespace {
 
@@ -20,12 +22,7 @@ std::string with(const std::string& old, const std::string& now) {
 }
 
 std::string refusal(const std::string& datagram) {
-  try {
-    decode_answer(datagram);
-  } catch (const PhysicsError& wrong) {
-    return wrong.what();
-  }
-  return "";
+  return host_tests::refusal_by<PhysicsError>([&] { decode_answer(datagram); });
 }
 
 // The interface's description: u16 magic 18458, u16 rate, u32 count, 16 x u16, little endian.
