@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/version.h"
 
-#include <cstdio>
-
+#include "firmware/core/sha256.h"
 #include "firmware/mpc/generated/gain_table.h"
 
 namespace m100::companion {
@@ -17,12 +16,7 @@ std::string version() {
 }
 
 std::string version_text(const std::string& program) {
-  std::string digest;
-  for (std::size_t i = 0; i < 6; ++i) {
-    char byte[3];
-    std::snprintf(byte, sizeof byte, "%02x", static_cast<unsigned>(mpc::generated::kVehicleDigest[i]));
-    digest += byte;
-  }
+  const std::string digest(core::hex(mpc::generated::kVehicleDigest).data(), 12);
   return program + " " + version() +
          "\ntables: fly uses those of --gains; the built-in ones were made from the vehicle file " + digest +
          "... (SHA-256)";

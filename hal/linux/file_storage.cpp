@@ -11,18 +11,12 @@ namespace m100::hal {
 
 FileStorage::FileStorage(std::string path, const SystemCalls& calls) : path_(std::move(path)), calls_(&calls) {}
 
-FileStorage::~FileStorage() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
-}
-
 core::Status FileStorage::open() {
-  if (descriptor_ >= 0) {
+  if (descriptor_.number >= 0) {
     return core::Status::kOk;
   }
-  descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
-  if (descriptor_ >= 0) {
+  descriptor_ = Descriptor(::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644));
+  if (descriptor_.number >= 0) {
     return core::Status::kOk;
   }
   last_error_ = errno;
@@ -30,10 +24,10 @@ core::Status FileStorage::open() {
 }
 
 core::Expected<std::size_t> FileStorage::append(std::span<const std::byte> source) {
-  if (descriptor_ < 0) {
+  if (descriptor_.number < 0) {
     return core::Status::kUnavailable;
   }
-  const ssize_t count = calls_->write(descriptor_, source.data(), source.size());
+  const ssize_t count = calls_->write(descriptor_.number, source.data(), source.size());
   if (count >= 0) {
     return static_cast<std::size_t>(count);
   }
@@ -45,10 +39,10 @@ core::Expected<std::size_t> FileStorage::append(std::span<const std::byte> sourc
 }
 
 core::Status FileStorage::sync() {
-  if (descriptor_ >= 0 && fdatasync(descriptor_) == 0) {
+  if (descriptor_.number >= 0 && fdatasync(descriptor_.number) == 0) {
     return core::Status::kOk;
   }
-  last_error_ = descriptor_ >= 0 ? errno : EBADF;
+  last_error_ = descriptor_.number >= 0 ? errno : EBADF;
   return core::Status::kUnavailable;
 }
 

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "hal/linux/descriptor.h"
 #include "hal/linux/system_calls.h"
 #include "hal/storage.h"
 
@@ -12,7 +13,6 @@ namespace m100::hal {
 class FileStorage final : public Storage {
  public:
   explicit FileStorage(std::string path, const SystemCalls& calls = real_system_calls());
-  ~FileStorage();
 
   /// @returns kOk; kRefused: exists already, or no right to write there; kUnavailable: anything else.
   core::Status open();
@@ -25,7 +25,7 @@ class FileStorage final : public Storage {
  private:
   std::string path_;
   const SystemCalls* calls_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   int last_error_ = 0;
 };
 

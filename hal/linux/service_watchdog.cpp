@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "hal/linux/service_watchdog.h"
 
-#include <unistd.h>
-
 #include <cinttypes>
 #include <cstddef>
 #include <cstdint>
@@ -29,18 +27,12 @@ ServiceWatchdog::ServiceWatchdog() {
     manager_.sun_path[0] = '\0';
   }
   length_ = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + size);
-  socket_ = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-}
-
-ServiceWatchdog::~ServiceWatchdog() {
-  if (socket_ >= 0) {
-    ::close(socket_);
-  }
+  socket_ = Descriptor(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
 }
 
 void ServiceWatchdog::notify(const char* words) const {
-  if (socket_ >= 0) {  // if the manager does not listen now, the next heartbeat follows in 0.1 s
-    (void)::sendto(socket_, words, std::strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL,
+  if (socket_.number >= 0) {  // if the manager does not listen now, the next heartbeat follows in 0.1 s
+    (void)::sendto(socket_.number, words, std::strlen(words), MSG_DONTWAIT | MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&manager_), length_);
   }
 }

@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include "hal/linux/descriptor.h"
 #include "hal/watchdog.h"
 
 namespace m100::hal {
@@ -14,7 +15,6 @@ namespace m100::hal {
 class ServiceWatchdog final : public Watchdog {
  public:
   ServiceWatchdog();
-  ~ServiceWatchdog();
 
   /// Reports "ready" and the longest permitted time between heartbeats.
   void start(core::Duration patience) override;
@@ -25,7 +25,7 @@ class ServiceWatchdog final : public Watchdog {
  private:
   void notify(const char* words) const;
 
-  int socket_ = -1;
+  Descriptor socket_;
   sockaddr_un manager_{};
   socklen_t length_ = 0;
   unsigned calls_ = 0;

@@ -55,28 +55,21 @@ std::optional<std::uint16_t> port_after(std::string_view prefix, std::string_vie
 std::optional<std::uint16_t> udp_port_of(std::string_view name) { return port_after(kUdp, name); }
 std::optional<std::uint16_t> loopback_port_of(std::string_view name) { return port_after(kLoopback, name); }
 
-UdpPort::~UdpPort() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
-}
-
 core::Status UdpPort::open() {
-  descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (descriptor_ < 0) {
+  descriptor_ = Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  if (descriptor_.number < 0) {
     return core::Status::kUnavailable;
   }
-  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
+  (void)::setsockopt(descriptor_.number, SOL_SOCKET, SO_RCVBUF, &kWaitingBytes, sizeof(kWaitingBytes));
   const int with_stamps = 1;
-  (void)::setsockopt(descriptor_, SOL_SOCKET, SO_TIMESTAMPNS, &with_stamps, sizeof(with_stamps));
+  (void)::setsockopt(descriptor_.number, SOL_SOCKET, SO_TIMESTAMPNS, &with_stamps, sizeof(with_stamps));
   sockaddr_in address{};
   address.sin_addr.s_addr = htonl(reach_ == UdpReach::kLoopback ? INADDR_LOOPBACK : INADDR_ANY);
   address.sin_family = AF_INET;
   address.sin_port = htons(port_);
-  if (::bind(descriptor_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
+  if (::bind(descriptor_.number, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) != 0) {
     const bool not_ours = errno == EADDRINUSE || errno == EACCES;
-    ::close(descriptor_);
-    descriptor_ = -1;
+    descriptor_ = Descriptor();
     return not_ours ? core::Status::kRefused : core::Status::kUnavailable;
   }
   return core::Status::kOk;
@@ -106,7 +99,7 @@ bool UdpPort::receive() {
     message.msg_iovlen = 1;
     message.msg_control = control.data();
     message.msg_controllen = control.size();
-    const ssize_t count = ::recvmsg(descriptor_, &message, MSG_TRUNC);
+    const ssize_t count = ::recvmsg(descriptor_.number, &message, MSG_TRUNC);
     if (count < 0 && errno != EINTR) {
       return false;
     }
@@ -120,7 +113,7 @@ bool UdpPort::receive() {
 }
 
 core::Expected<std::size_t> UdpPort::read(std::span<std::byte> destination) {
-  if (descriptor_ < 0) {
+  if (descriptor_.number < 0) {
     return core::Status::kUnavailable;
   }
   at_begin_ = rest_.empty() || rest_.data() == packet_.data();
@@ -144,12 +137,12 @@ bool UdpPort::send(std::span<const std::byte> packet) const {
   address.sin_family = AF_INET;
   address.sin_port = static_cast<in_port_t>(peer & 0xFFFFU);
   address.sin_addr.s_addr = static_cast<in_addr_t>(peer >> 16U);
-  return ::sendto(descriptor_, packet.data(), packet.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
-                  sizeof(address)) == static_cast<ssize_t>(packet.size());
+  return ::sendto(descriptor_.number, packet.data(), packet.size(), MSG_NOSIGNAL,
+                  reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == static_cast<ssize_t>(packet.size());
 }
 
 core::Expected<std::size_t> UdpPort::write(std::span<const std::byte> source) {
-  if (descriptor_ < 0) {
+  if (descriptor_.number < 0) {
     return core::Status::kUnavailable;
   }
   (void)send(source);  // a packet that does not leave is lost, as on a network

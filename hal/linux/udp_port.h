@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include "hal/linux/descriptor.h"
 #include "hal/packet_uart.h"
 
 namespace m100::hal {
@@ -34,7 +35,6 @@ class UdpPort final : public PacketUart {
   static constexpr int kWaitingBytes = 1 << 16;
 
   explicit UdpPort(std::uint16_t port, UdpReach reach = UdpReach::kNetwork) : port_(port), reach_(reach) {}
-  ~UdpPort();
 
   /// @returns kOk; kRefused: no right, or another program has it; kUnavailable: the machine has no network.
   core::Status open();
@@ -58,7 +58,7 @@ class UdpPort final : public PacketUart {
 
   std::uint16_t port_;
   UdpReach reach_;
-  int descriptor_ = -1;
+  Descriptor descriptor_;
   std::array<std::byte, kMaxPacketBytes> packet_{};
   std::span<const std::byte> rest_;
   std::int64_t mark_ns_ = 0;    ///< of the machine's wall clock, as the kernel's stamps are; 0: not marked

@@ -106,10 +106,7 @@ void table(std::string_view bytes) {
   static_cast<void>(storage->load(std::as_bytes(std::span(whole)), of_vehicle));
 }
 
-void key(std::string_view bytes) {
-  protocol::CipherKey key{};
-  static_cast<void>(companion::load_key(as_file(bytes), key));
-}
+void key(std::string_view bytes) { static_cast<void>(companion::read_key(as_file(bytes))); }
 
 void memory(std::string_view bytes) {
   const mavlink::ReplayMemory memory = companion::parse_replay_memory(std::string(bytes), kName);

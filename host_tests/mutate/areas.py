@@ -30,7 +30,6 @@ AREAS = (
     ("firmware/companion/fly/monitor/release_monitor", ("scenario_faults",), ()),
     ("firmware/companion/fly/flight_sequencer", ("scenario_faults",), ()),
     ("firmware/companion/operator/operator_messages", ("unit_operator_messages",), ("scenario_faults",)),
-    ("firmware/companion/record/clock_fit", ("unit_recorder",), ()),
     ("firmware/companion/record/recorder", ("unit_recorder",), ()),
     ("firmware/companion/preflight/axis_alignment", ("unit_axis_alignment",), ()),
     ("firmware/companion/preflight/probe/line_probe", ("unit_line_probe",), ()),

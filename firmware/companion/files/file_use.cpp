@@ -135,22 +135,11 @@ FileUse& FileUse::add(Access kind, const std::string& option, const std::string&
   return *this;
 }
 
-FileUse& FileUse::reads(const std::string& option, const std::string& path) { return add(Access::kRead, option, path); }
 FileUse& FileUse::reads(const std::string& option, const std::vector<std::string>& paths) {
   for (const std::string& path : paths) {
     reads(option, path);
   }
   return *this;
-}
-FileUse& FileUse::holds(const std::string& option, const std::string& path) { return add(Access::kHeld, option, path); }
-FileUse& FileUse::writes(const std::string& option, const std::string& path) {
-  return add(Access::kWritten, option, path);
-}
-FileUse& FileUse::creates(const std::string& option, const std::string& path) {
-  return add(Access::kCreated, option, path);
-}
-FileUse& FileUse::names(const std::string& option, const std::string& path) {
-  return add(Access::kNamed, option, path);
 }
 FileUse& FileUse::fills(const std::string& option, const std::string& folder, const std::string& file) {
   return folder.empty() ? *this : add(Access::kWritten, option, (fs::path(folder) / file).string(), true);

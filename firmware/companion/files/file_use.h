@@ -19,16 +19,16 @@ class FileUseError : public std::runtime_error {
 class FileUse {
  public:
   /// A regular file that is read to its end.
-  FileUse& reads(const std::string& option, const std::string& path);
+  FileUse& reads(const std::string& option, const std::string& path) { return add(Access::kRead, option, path); }
   FileUse& reads(const std::string& option, const std::vector<std::string>& paths);
   /// A path that the command keeps open and that must not be an output: a port.
-  FileUse& holds(const std::string& option, const std::string& path);
+  FileUse& holds(const std::string& option, const std::string& path) { return add(Access::kHeld, option, path); }
   /// A file that is created or overwritten.
-  FileUse& writes(const std::string& option, const std::string& path);
+  FileUse& writes(const std::string& option, const std::string& path) { return add(Access::kWritten, option, path); }
   /// A file that must not exist yet.
-  FileUse& creates(const std::string& option, const std::string& path);
+  FileUse& creates(const std::string& option, const std::string& path) { return add(Access::kCreated, option, path); }
   /// A name in the file system (a link, a socket) that is created by other means than writing.
-  FileUse& names(const std::string& option, const std::string& path);
+  FileUse& names(const std::string& option, const std::string& path) { return add(Access::kNamed, option, path); }
   /// A folder, created if missing, in which a file of this name is written.
   FileUse& fills(const std::string& option, const std::string& folder, const std::string& file);
 

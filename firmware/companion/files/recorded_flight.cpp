@@ -74,16 +74,10 @@ class Reader {
   }
 
   static std::vector<std::byte>& stream_of(RecordedFlight::Tick& tick, log::Stream stream) {
-    switch (stream) {
-      case log::Stream::kAutopilotIn:
-        return tick.autopilot_in;
-      case log::Stream::kAutopilotOut:
-        return tick.autopilot_out;
-      case log::Stream::kPoseOut:
-        return tick.pose_out;
-      default:
-        return tick.pose_in;
-    }
+    return stream == log::Stream::kAutopilotIn    ? tick.autopilot_in
+           : stream == log::Stream::kAutopilotOut ? tick.autopilot_out
+           : stream == log::Stream::kPoseOut      ? tick.pose_out
+                                                  : tick.pose_in;
   }
 
   void data(std::size_t id, std::string_view body, std::size_t at) {

@@ -20,9 +20,7 @@ using model::Vehicle;
 /// Writes what VehicleReader reads, from the same tables, so that everything written can be read back.
 class Writer {
  public:
-  explicit Writer(const std::map<std::string, std::string>& sources) : sources_(sources) {}
-
-  explicit Writer(const VehicleFile& file) : sources_(file.sources), file_(&file) {}
+  explicit Writer(const VehicleFile& file) : file_(file) {}
 
   template <typename T>
   void optional_section(const std::string& name, std::span<const NumberKey<T>> keys, const T& from, bool exists) {
@@ -32,8 +30,7 @@ class Writer {
   }
 
   void rivals() {
-    for (std::size_t k = 0; file_ != nullptr && k < file_->rivals.size(); ++k) {
-      const Rival& rival = file_->rivals[k];
+    for (const Rival& rival : file_.rivals) {
       text_ << "[[rival]]\naxis = \"" << rival.axis << "\"\n";
       if (rival.probability > 0.0) {
         text_ << "probability = " << shortest_number(rival.probability) << "\n";
@@ -52,11 +49,10 @@ class Writer {
     }
     text_ << "[" << name << "]\n";
     numbers(keys, from);
-    if (file_ != nullptr && file_->intervals.contains(name)) {
-      text_ << intervals_text(file_->intervals.at(name));
+    if (file_.intervals.contains(name)) {
+      text_ << intervals_text(file_.intervals.at(name));
     }
-    const auto source = sources_.find(name);
-    text_ << source_text(source == sources_.end() ? "" : source->second) << "\n";
+    text_ << source_text(file_.sources.contains(name) ? file_.sources.at(name) : "") << "\n";
   }
   std::string text() const { return text_.str(); }
 
@@ -96,8 +92,7 @@ class Writer {
     return source.empty() ? "" : toml_line("source", source);
   }
 
-  const std::map<std::string, std::string>& sources_;
-  const VehicleFile* file_ = nullptr;  ///< for intervals and rivals
+  const VehicleFile& file_;
   std::ostringstream text_;
 };
 
@@ -156,9 +151,10 @@ VehicleFile load_vehicle(const std::string& path) {
 }
 
 std::string to_text(const Vehicle& vehicle, const std::map<std::string, std::string>& sources) {
-  Writer writer(sources);
-  visit_sections(writer, vehicle);
-  return writer.text();
+  VehicleFile file;
+  file.vehicle = vehicle;
+  file.sources = sources;
+  return to_text(file);
 }
 
 std::string to_text(const VehicleFile& file) {

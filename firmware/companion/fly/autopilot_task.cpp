@@ -36,10 +36,10 @@ bool is_at_beginning(Task task, FlightStatus status) {
 
 }  // namespace
 
-LandedState::LandedState(const link::SerialLink& link, core::TimePoint now) {
+std::optional<bool> is_on_ground(const link::SerialLink& link, core::TimePoint now) {
   const core::TimePoint came = link.received_at(protocol::TelemetryItem::kFlightStatus);
-  known = came != core::TimePoint{} && now - came <= kStatusTimeout;
-  on_ground = known && is_on_ground(link.telemetry().flight_status);
+  const bool is_known = came != core::TimePoint{} && now - came <= kStatusTimeout;
+  return is_known ? std::optional(is_on_ground(link.telemetry().flight_status)) : std::nullopt;
 }
 
 void AutopilotTask::start(Task task, core::TimePoint now) {
@@ -55,21 +55,12 @@ AutopilotTask::State AutopilotTask::tick(core::TimePoint now, Controller& contro
   if (is_flown() && drifts(now, controller)) {
     fail(Failure::kDrifted);
   }
-  switch (state_) {
-    case State::kWaiting:
-      send_request(now, controller);
-      break;
-    case State::kRequested:
-      update_answer(now, controller);
-      break;
-    case State::kActive:
-      update_status(now, controller.link());
-      break;
-    case State::kNone:
-    case State::kDone:
-    case State::kWouldDrift:
-    case State::kFailed:
-      break;
+  if (state_ == State::kWaiting) {
+    send_request(now, controller);
+  } else if (state_ == State::kRequested) {
+    update_answer(now, controller);
+  } else if (state_ == State::kActive) {
+    update_status(now, controller.link());
   }
   if (is_flown() || state_ == State::kWaiting) {
     controller.task_flies(in_air(controller));
@@ -186,34 +177,25 @@ void AutopilotTask::fail(Failure failure) {
 
 std::string_view name(Task task) { return task == Task::kTakeOff ? "take-off" : "landing"; }
 
-void describe(TextLine& line, const AutopilotTask& task) {
-  line.add(name(task.task()));
-  switch (task.failure()) {
-    case AutopilotTask::Failure::kRefused:
-      line.add(" refused by the autopilot: ").add(task.answer().name).add(", code ");
-      line.add(static_cast<double>(task.answer().code), 0).add("; ").add(task.answer().remedy);
-      return;
-    case AutopilotTask::Failure::kNoAnswer:
-      line.add(": the autopilot does not answer, and its flight status does not show it");
-      return;
-    case AutopilotTask::Failure::kNotSent:
-      line.add(": the request could not be sent");
-      return;
-    case AutopilotTask::Failure::kNotStarted:
-      line.add(": the autopilot accepted it but did not begin");
-      return;
-    case AutopilotTask::Failure::kAborted:
-      line.add(": the autopilot aborted it");
-      return;
-    case AutopilotTask::Failure::kTimeout:
-      line.add(": the autopilot did not finish it in time");
-      return;
-    case AutopilotTask::Failure::kDrifted:
-      line.add(": it drifts with the wind and was ended");
-      return;
-    case AutopilotTask::Failure::kNone:
-      return;
+TextLine describe(const AutopilotTask& task) {
+  constexpr std::array<std::string_view, 8> kWords{
+      // in the order of Failure
+      "",
+      " refused by the autopilot: ",
+      ": the autopilot does not answer, and its flight status does not show it",
+      ": the request could not be sent",
+      ": the autopilot accepted it but did not begin",
+      ": the autopilot aborted it",
+      ": the autopilot did not finish it in time",
+      ": it drifts with the wind and was ended",
+  };
+  TextLine line;
+  line.add(name(task.task())).add(kWords[static_cast<std::size_t>(task.failure())]);
+  if (task.failure() == AutopilotTask::Failure::kRefused) {
+    line.add(task.answer().name).add(", code ").add(static_cast<double>(task.answer().code), 0);
+    line.add("; ").add(task.answer().remedy);
   }
+  return line;
 }
 
 }  // namespace m100::companion

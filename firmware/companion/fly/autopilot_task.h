@@ -11,13 +11,9 @@
 
 namespace m100::companion {
 
-/// Whether the aircraft is on the ground, by the flight status item of telemetry. An item older than two seconds does
-/// not count.
-struct LandedState {
-  bool known = false;
-  bool on_ground = false;
-  LandedState(const link::SerialLink& link, core::TimePoint now);
-};
+/// Whether the aircraft is on the ground, by the flight status item of telemetry; nullopt: the item is older than two
+/// seconds.
+std::optional<bool> is_on_ground(const link::SerialLink& link, core::TimePoint now);
 
 /// A take-off or a landing by the autopilot's own task (protocol, 6.3), from the operator's order to its end. It sends
 /// one request, at least two seconds after that of the task before. The answer and the flight status item of telemetry
@@ -91,7 +87,7 @@ class AutopilotTask {
 
 /// "take-off" or "landing".
 std::string_view name(protocol::Task task);
-/// Adds the task and why it failed; after a refusal, with the autopilot's code.
-void describe(TextLine& line, const AutopilotTask& task);
+/// The task and why it failed; after a refusal, with the autopilot's code.
+TextLine describe(const AutopilotTask& task);
 
 }  // namespace m100::companion

@@ -11,26 +11,27 @@
 #include <memory>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/backup/backup_process.h"
-#include "firmware/companion/backup/backup_supervisor.h"
 #include "firmware/companion/files/log_file.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
 #include "firmware/companion/fly/flight_result.h"
 #include "firmware/companion/fly/flight_sequencer.h"
-#include "firmware/companion/fly/monitor/link_health_log.h"
 #include "firmware/companion/fly/monitor/stall_monitor.h"
 #include "firmware/companion/ground_station/ground_station_commands.h"
+#include "firmware/companion/ground_station/telemetry_stream.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
-#include "firmware/companion/operator/operator_channels.h"
+#include "firmware/companion/operator/operator_log.h"
 #include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/model_findings.h"
 #include "firmware/companion/subcommands.h"
 #include "firmware/link/release_sequence.h"
+#include "firmware/log/flight_log.h"
 #include "firmware/vrc/command_map.h"
 #include "hal/linux/service_watchdog.h"
 
@@ -118,6 +119,55 @@ constexpr std::uint32_t kTicksPerWait = 400;
 /// Watchdog time-out of the service manager: longer than the backup process's 0.7 s, which handles a hang more gently.
 constexpr core::Duration kServiceTimeout = std::chrono::seconds(1);
 
+/// Sends lines to the terminal, the log and the ground station.
+class OperatorChannels final : public OperatorLog {
+ public:
+  OperatorChannels(log::FlightLogWriter* log, TelemetryStream& stream) : log_(log), stream_(stream) {}
+  void write(core::TimePoint now, std::string_view line) override {
+    TextLine timed;
+    timed.add(core::seconds<double>(now.time_since_epoch()), 2).add(" s  ").add(line);
+    print_line(timed.text());
+    if (log_ != nullptr) {
+      log_->append(now, line);
+    }
+    stream_.publish(line);
+  }
+
+ private:
+  log::FlightLogWriter* log_;
+  TelemetryStream& stream_;
+};
+
+/// Whether the second process would give control back if this program died; tells the operator on a change.
+bool is_backed_up(BackupProcess& backup, BackupProcess::State& reported, core::TimePoint now,
+                  OperatorLog& operator_log) {
+  using State = BackupProcess::State;
+  const State state = backup.state(now);
+  if (std::exchange(reported, state) != state) {
+    operator_log.write(now, state == State::kReady ? "the second process runs again"
+                            : state == State::kDead
+                                ? "the second process is dead: nobody gives control back if this program dies. Land"
+                                : "the second process hangs: nobody gives control back if this program dies. Land");
+  }
+  return state == State::kReady;
+}
+
+/// Logs the health of the link and the vibration once a second.
+void log_health(log::FlightLogWriter* log, const app::TickRecord<double>& record, core::TimePoint& logged_at) {
+  if (log == nullptr || record.now - logged_at < std::chrono::seconds(1)) {
+    return;
+  }
+  logged_at = record.now;
+  HealthText text{};
+  log->append(record.now, health_line(record.health, text));
+  const est::VibrationStatus& vibration = record.seen.consistency.vibration;
+  log->append(log::VibrationRecord{.timestamp = static_cast<std::uint64_t>(record.now.time_since_epoch().count()),
+                                   .rms = static_cast<float>(vibration.rms_m_s2),
+                                   .peak = static_cast<float>(vibration.peak_m_s2),
+                                   .clipped = static_cast<float>(vibration.clipped),
+                                   .velocity_sigma = static_cast<float>(vibration.velocity_sigma_m_s)});
+}
+
 void heartbeat(BackupProcess& backup, const hal::SerialPort& port, Controller& controller) {
   backup.set_port(port.descriptor(), port.openings());
   if (!backup.heartbeat(controller.link().authority().in_control)) {
@@ -144,16 +194,16 @@ void wait_for_log(const FlyOptions& options, const std::optional<LogFile>& log, 
 }
 
 /// The commands of the operator and of the ground station.
-SequencerInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
-                        const FlightSequencer& sequencer, core::TimePoint now) {
-  const OperatorInput input = read_operator_input();
-  const OperatorInput commanded = port.has_ground_station()
-                                      ? ground_station.tick(now, controller, sequencer_status(sequencer, now))
-                                      : OperatorInput{};
-  return {.toggle_control = input.toggle_control || commanded.toggle_control,
-          .land = input.land || commanded.land,
-          .stops = stops(),
-          .goal_led = ground_station.has_goal()};
+OperatorInput received(const PosePort& port, GroundStationCommands& ground_station, const Controller& controller,
+                       const FlightSequencer& sequencer, core::TimePoint now) {
+  OperatorInput input = read_operator_input();
+  if (port.has_ground_station()) {
+    const OperatorInput commanded = ground_station.tick(now, controller, sequencer.status(now));
+    input.toggle_control = input.toggle_control || commanded.toggle_control;
+    input.land = input.land || commanded.land;
+  }
+  input.goal_led = ground_station.has_goal();
+  return input;
 }
 
 /// Prints the closing lines, writes the result, and closes the log, which may wait for the medium.
@@ -164,17 +214,12 @@ void conclude(const FlyOptions& options, Json result, const Controller& controll
   print(words, controller.link().health());
   print(words, controller.pose_link().stats(), pose.signatures());
   if (sequencer.reporter().limit_cycle()) {
-    TextLine line;
-    describe_limit_cycle(line, *sequencer.reporter().limit_cycle());
-    words << line.text() << "\n";
+    words << describe_limit_cycle(*sequencer.reporter().limit_cycle()).text() << "\n";
   }
   if (!options.log.empty()) {
     words << "  page       m100-lab flight " << printable(options.log) << " --out flight.html  (on the PC)\n";
   }
   write_with_timeout(words.str());
-  result["pose"] = pose_json(controller.pose_link());
-  result["pose"]["clock_steps"] = clock_steps_json(sequencer.clock_steps());
-  result["pose_link"] = companion::to_json(controller.pose_link().stats(), pose.signatures());
   if (log) {
     result["log_cut"] = log->is_cut();
   }
@@ -230,21 +275,21 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   discard_operator_input();
   hal::ServiceWatchdog service;
   service.start(kServiceTimeout);
-  LinkHealthLog health(log);
-  BackupSupervisor state(backup, channels);
+  core::TimePoint health_logged_at{};
+  BackupProcess::State backup_state = BackupProcess::State::kReady;
   StallMonitor stalls(channels);
   for (core::TimePoint now = clock.now();; now = clock.next(), service.feed()) {
     wait_for_log(options, log_file, controller->stats().ticks);
     stalls.tick(now);
     heartbeat(backup, port, *controller);
     pose_port.tick();
-    const bool backed_up = state.tick(now);
+    const bool backed_up = is_backed_up(backup, backup_state, now, channels);
     (void)controller->tick(now);  // the log holds the outcome of the command
     const app::TickRecord<double>& record = controller->record();
     stream.publish(record, pose_port.min_time());
     writer.show(record);
-    health.tick(record);
-    SequencerInput input = received(pose_port, ground_station, *controller, sequencer, now);
+    log_health(log, record, health_logged_at);
+    OperatorInput input = received(pose_port, ground_station, *controller, sequencer, now);
     input.backed_up = backed_up;
     if (!sequencer.tick(now, input)) {
       break;
@@ -254,7 +299,7 @@ bool fly_course(const FlyOptions& options, const link::LinkConfig& link, hal::Se
   service.stop();
   controller->link().authority().release_pending ? backup.send_release() : backup.dismiss();
   Json result = flight_result(options, files, sequencer, *controller, clock.stalls(), config.limits);
-  result["ground_station"] = ground_station_result(pose_line.stats());
+  result.update(pose_result(*controller, pose_port.signatures(), sequencer.clock_steps(), pose_line.stats()));
   conclude(options, std::move(result), *controller, pose_port, sequencer, writer, log_file);
   return sequencer.given_back() && is_excited(files, *controller) && !sequencer.reporter().limit_cycle();
 }

@@ -2,13 +2,15 @@
 #include "firmware/companion/fly/flight_files.h"
 
 #include <algorithm>
+#include <deque>
 #include <iostream>
 #include <memory>
 #include <sstream>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "firmware/companion/files/course/course.h"
-#include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/companion/files/flight_limits.h"
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/fly/start_position.h"
@@ -240,42 +242,33 @@ app::FlightConfig flight_config(const FlyOptions& options, const FlightFiles& fi
 void write_notes(log::FlightLogWriter& log, const FlyOptions& options, const FlightModel& model,
                  const FlightFiles& files, const ref::Waypoint<double>& start, const app::FlightConfig& config,
                  core::TimePoint now) {
+  std::deque<std::string> texts;  // keeps its elements in place: a note is a view
+  std::vector<log::Note> notes;
+  const auto add = [&](const char* key, std::string text) {
+    notes.push_back({key, texts.emplace_back(std::move(text))});
+  };
   std::ostringstream place;
   place.precision(17);
   place << start.position_w_m.x() << " " << start.position_w_m.y() << " " << start.position_w_m.z() << " "
         << start.yaw_rad;
-  const std::string where = place.str();
-  const std::string channel = options.channel + (options.paper_100_hz ? " paper_100_hz" : "");
-  const std::string link = link_note(config);
-  const std::string program = version();
-  const std::string mode(files.flight ? name(files.flight->mode) : "");
-  std::vector notes{log::Note{kVehicleNote, model.vehicle_text()},
-                    log::Note{kCourseNote, files.course_text},
-                    log::Note{kStartNote, where},
-                    log::Note{kChannelNote, channel},
-                    log::Note{kLinkNote, link},
-                    log::Note{kVersionNote, program}};
+  add(kVehicleNote, model.vehicle_text());
+  add(kCourseNote, files.course_text);
+  add(kStartNote, place.str());
+  add(kChannelNote, options.channel + (options.paper_100_hz ? " paper_100_hz" : ""));
+  add(kLinkNote, link_note(config));
+  add(kVersionNote, version());
   const bool holds_tables = add_table_notes(model.table_bytes(), notes);
   if (files.flight) {
-    notes.push_back({kFlightNote, files.flight_text});
-    notes.push_back({kModeNote, mode});
+    add(kFlightNote, files.flight_text);
+    add(kModeNote, std::string(name(files.flight->mode)));
   }
-  const std::string excitation = files.excitation ? note_of(*files.excitation, files.excitation_name) : "";
   if (files.excitation) {
-    notes.push_back({kExcitationNote, excitation});
+    add(kExcitationNote, note_of(*files.excitation, files.excitation_name));
   }
-  const std::optional<GoalSettings> to_goals = goal_settings(options, files);
-  const std::string goals = to_goals ? goals_note(*to_goals) : "";
-  if (to_goals && !options.dry_run) {
-    notes.push_back({kGoalsNote, goals});
+  if (const std::optional<GoalSettings> goals = goal_settings(options, files); goals && !options.dry_run) {
+    add(kGoalsNote, goals_note(*goals));
   }
-  const std::string home = home_note(home_settings(files));
-  if (!options.dry_run) {
-    notes.push_back({kHomeNote, home});
-  }
-  if (options.dry_run) {
-    notes.push_back({kDryRunNote, "nothing was sent"});
-  }
+  options.dry_run ? add(kDryRunNote, "nothing was sent") : add(kHomeNote, home_note(home_settings(files)));
   if (!holds_tables || log.begin(now, notes) != core::Status::kOk) {
     throw UsageError(options.log + ": vehicle, gain tables, course and flight file are together too large for a log");
   }

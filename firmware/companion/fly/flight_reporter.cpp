@@ -64,9 +64,7 @@ void FlightReporter::report_tracking(core::TimePoint now) {
     return;
   }
   tracking_reported_ = true;
-  TextLine line;
-  describe(line, tracking_);
-  operator_log_.write(now, line.text());
+  operator_log_.write(now, describe(tracking_).text());
 }
 
 void FlightReporter::report_stage(core::TimePoint now) {
@@ -77,8 +75,7 @@ void FlightReporter::report_stage(core::TimePoint now) {
   reported_stage_ = true;
   last_stage_ = view.stage;
   last_reason_ = view.reason;
-  TextLine line;
-  describe(line, view);
+  TextLine line = describe(view);
   if (view.reason == safety::AuthorityReason::kNothingReceived && controller_.link().health().echoes > 0) {
     line.add("; our own bytes come back: RX and TX are joined (half-duplex adapter, loopback plug?)");
   }
@@ -97,8 +94,7 @@ void FlightReporter::report_failsafe(core::TimePoint now) {
   }
   TextLine line;
   line.add("failsafe: ").add(safety::name(step.from)).add(" to ").add(safety::name(step.to)).add(", ");
-  line.add(safety::name(step.reason)).add(": ");
-  describe(line, step.reason, step.seen, limits_);
+  line.add(safety::name(step.reason)).add(": ").add(describe(step.reason, step.seen, limits_));
   operator_log_.write(now, line.text());
 }
 
@@ -106,9 +102,7 @@ void FlightReporter::report_limit_cycle(core::TimePoint now) {
   const safety::Observation& seen = controller_.observed();
   if (seen.limit_cycle.detected && !limit_cycle_reported_) {
     limit_cycle_ = limit_cycle_ ? limit_cycle_ : seen;
-    TextLine line;
-    describe_limit_cycle(line, seen);
-    operator_log_.write(now, line.text());
+    operator_log_.write(now, describe_limit_cycle(seen).text());
   }
   limit_cycle_reported_ = seen.limit_cycle.detected;
 }
@@ -130,9 +124,7 @@ void FlightReporter::report_vibration(core::TimePoint now, bool is_flying) {
   const est::VibrationStatus& seen = controller_.observed().consistency.vibration;
   if (seen.velocity_sigma_m_s >= kReportedVibration_m_s && !reported_.vibration) {
     reported_.vibration = true;
-    TextLine line;
-    describe_vibration(line, seen);
-    operator_log_.write(now, line.add("; ").add(kVibrationRemedy).text());
+    operator_log_.write(now, describe_vibration(seen).add("; ").add(kVibrationRemedy).text());
   }
   if (is_flying && seen.velocity_sigma_m_s > vibration_.velocity_sigma_m_s) {
     vibration_ = seen;
@@ -143,8 +135,7 @@ void FlightReporter::report_task(core::TimePoint now, const AutopilotTask& task,
   using State = AutopilotTask::State;
   TextLine line;
   if (task.state() == State::kFailed) {
-    describe(line, task);
-    line.add("; control goes back to the transmitter");
+    line.add(describe(task)).add("; control goes back to the transmitter");
   } else if (task.state() == State::kWouldDrift) {
     line.add(
         "the wind would carry the autopilot's landing away: the law hovers here for 10 s, then control goes back; ");
@@ -164,8 +155,7 @@ void FlightReporter::report_task(core::TimePoint now, const AutopilotTask& task,
 void FlightReporter::report_refusal(core::TimePoint now, std::string_view how, const link::AuthorityView& authority,
                                     std::string_view next) {
   TextLine line;
-  describe(line.add(how), authority);
-  operator_log_.write(now, line.add(next.empty() ? "" : "; ").add(next).text());
+  operator_log_.write(now, line.add(how).add(describe(authority)).add(next.empty() ? "" : "; ").add(next).text());
 }
 
 void FlightReporter::report_landing(core::TimePoint now) {
@@ -223,9 +213,7 @@ void FlightReporter::report_excitation(core::TimePoint now) {
     return;
   }
   reported_excitation_ = excitation.state();
-  TextLine line;
-  describe(line, excitation);
-  if (!line.text().empty()) {
+  if (const TextLine line = describe(excitation); !line.text().empty()) {
     operator_log_.write(now, line.text());
   }
 }
@@ -235,14 +223,13 @@ void FlightReporter::report_end(core::TimePoint now, const link::AuthorityView& 
   TextLine line;
   line.add("the flight has ended: ");
   if (authority.stage != safety::AuthorityStage::kReleasing && authority.reason != safety::AuthorityReason::kReleased) {
-    describe(line, authority);
+    line.add(describe(authority));
   } else if (denial) {
     line.add(takes_off ? "the law has not flown; " : "control was not used; ");
-    describe(line, *denial, controller_.observed(), limits_);
+    line.add(describe(*denial, controller_.observed(), limits_));
   } else {
     const safety::FailsafeStep& step = controller_.supervisor().descent();
-    describe(line, step.reason, worst_since(step.seen), limits_);
-    line.add("; control goes back to the transmitter");
+    line.add(describe(step.reason, worst_since(step.seen), limits_)).add("; control goes back to the transmitter");
   }
   operator_log_.write(now, line.add("; ").add(next).text());
 }

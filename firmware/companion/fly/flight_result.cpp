@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "firmware/companion/fly/flight_result.h"
 
-#include "firmware/companion/fly/excitation_result.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/operator/operator_messages.h"
 
@@ -11,13 +10,11 @@ namespace {
 Json steps_json(std::span<const safety::FailsafeStep> steps, const safety::Limits& limits) {
   Json out = Json::array();
   for (const safety::FailsafeStep& step : steps) {
-    TextLine seen;
-    describe(seen, step.reason, step.seen, limits);
     out.push_back({{"t_s", core::seconds<double>(step.seen.now.time_since_epoch())},
                    {"from", safety::name(step.from)},
                    {"to", safety::name(step.to)},
                    {"cause", safety::name(step.reason)},
-                   {"seen", std::string(seen.text())}});
+                   {"seen", describe(step.reason, step.seen, limits).text()}});
   }
   return out;
 }
@@ -33,16 +30,26 @@ Json to_json(const est::VibrationStatus& vibration) {
   return {{"rms_m_s2", vibration.rms_m_s2}, {"peak_m_s2", vibration.peak_m_s2}, {"clipped", vibration.clipped}};
 }
 
-}  // namespace
-
-Json clock_steps_json(std::span<const ClockStep> steps) {
-  Json out = Json::array();
-  for (const ClockStep& step : steps) {
-    out.push_back(
-        {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
+Json to_json(const ctl::Excitation<double>& excitation, const ExcitationFile& file) {
+  using State = ctl::Excitation<double>::State;
+  const bool is_aborted = excitation.state() == State::kAborted;
+  Json out{{"pieces", file.pieces.size()},
+           {"flown", excitation.piece()},
+           {"length_s", file.length_s()},
+           {"from_s", core::seconds<double>(excitation.began().time_since_epoch())},
+           {"to_s", core::seconds<double>(excitation.ended().time_since_epoch())},
+           {"over", excitation.state() == State::kOver},
+           {"aborted", is_aborted}};
+  if (is_aborted) {
+    out["abort"] = {{"why", ctl::Excitation<double>::name(excitation.abort())},
+                    {"axis", name(excitation.axis())},
+                    {"distance", excitation.distance()},
+                    {"speed", excitation.speed()}};
   }
   return out;
 }
+
+}  // namespace
 
 Json flight_result(const FlyOptions& options, const FlightFiles& orders, const FlightSequencer& sequencer,
                    const app::FlightController<double>& controller, std::uint32_t stalls,
@@ -72,17 +79,27 @@ Json flight_result(const FlyOptions& options, const FlightFiles& orders, const F
                        {"frequency_hz", told.limit_cycle()->limit_cycle.frequency_hz}};
   }
   if (orders.excitation) {
-    out["excitation"] = companion::to_json(controller.excitation(), *orders.excitation);
+    out["excitation"] = to_json(controller.excitation(), *orders.excitation);
   }
   return out;
 }
 
-Json ground_station_result(const GroundStationStats& heard) {
-  return {{"goals", heard.goals},
-          {"orders", heard.orders},
-          {"orders_lost", heard.orders_lost},
-          {"requests", heard.requests},
-          {"requests_lost", heard.requests_lost}};
+Json pose_result(const app::FlightController<double>& controller, const link::SignedLineStats* signatures,
+                 std::span<const ClockStep> steps, const GroundStationStats& heard) {
+  Json pose = pose_json(controller.pose_link());
+  pose["clock_steps"] = Json::array();
+  for (const ClockStep& step : steps) {
+    pose["clock_steps"].push_back(
+        {{"at_s", core::seconds<double>(step.at.time_since_epoch())}, {"by_s", core::seconds<double>(step.by)}});
+  }
+  return {{"pose", std::move(pose)},
+          {"pose_link", companion::to_json(controller.pose_link().stats(), signatures)},
+          {"ground_station",
+           {{"goals", heard.goals},
+            {"orders", heard.orders},
+            {"orders_lost", heard.orders_lost},
+            {"requests", heard.requests},
+            {"requests_lost", heard.requests_lost}}}};
 }
 
 }  // namespace m100::companion

@@ -15,9 +15,9 @@ namespace m100::companion {
 /// @param stalls ticks that came more than two periods after the one before
 Json flight_result(const FlyOptions& options, const FlightFiles& files, const FlightSequencer& sequencer,
                    const app::FlightController<double>& controller, std::uint32_t stalls, const safety::Limits& limits);
-/// [{"at_s", "by_s"}]: when the clock of the source of pose was set, and by how much.
-Json clock_steps_json(std::span<const ClockStep> steps);
-/// The counts of messages from the ground station.
-Json ground_station_result(const GroundStationStats& heard);
+/// What came over the pose port: the poses, when the clock of their source was set, and the counts of messages from the
+/// ground station. @param signatures may be null.
+Json pose_result(const app::FlightController<double>& controller, const link::SignedLineStats* signatures,
+                 std::span<const ClockStep> steps, const GroundStationStats& heard);
 
 }  // namespace m100::companion

@@ -17,7 +17,7 @@ constexpr std::string_view kNoLanding = "landing is not ordered: the program doe
 
 }  // namespace
 
-bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
+bool FlightSequencer::tick(core::TimePoint now, const OperatorInput& input) {
   const link::SerialLink& link = controller_.link();
   const View& view = link.authority();
   reporter_.update(now, phase_ == Phase::kFlying || phase_ == Phase::kHovering);
@@ -46,7 +46,19 @@ bool FlightSequencer::tick(core::TimePoint now, const SequencerInput& input) {
   return false;
 }
 
-bool FlightSequencer::wait(core::TimePoint now, const View& view, const SequencerInput& input) {
+SequencerStatus FlightSequencer::status(core::TimePoint now) const {
+  const bool waits = phase_ == Phase::kWaiting;
+  const bool is_landing = task_.task() == protocol::Task::kLand;
+  return {.waits = waits,
+          .is_releasing = phase_ == Phase::kReleasing,
+          .on_ground = waits && start_.on_ground(now),
+          .may_land = may_land(),
+          .takes_off = (phase_ == Phase::kRequesting && takes_off_) || (phase_ == Phase::kTask && !is_landing),
+          .lands = phase_ == Phase::kTask && is_landing,
+          .returns_to_start = returns_to_start()};
+}
+
+bool FlightSequencer::wait(core::TimePoint now, const View& view, const OperatorInput& input) {
   if (input.stops > 0) {
     if (!view.release_pending) {
       return false;
@@ -112,7 +124,7 @@ void FlightSequencer::try_to_engage(core::TimePoint now, bool backed_up) {
   enter(Phase::kRequesting, now);
 }
 
-bool FlightSequencer::request_control(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::request_control(core::TimePoint now, const View& view, const OperatorInput& input) {
   const bool elsewhere = start_.is_out_of_bounds(takes_off_);
   if (view.in_control && !elsewhere) {
     enter(Phase::kFlying, now);
@@ -142,7 +154,7 @@ bool FlightSequencer::request_control(core::TimePoint now, const View& view, con
   return true;
 }
 
-bool FlightSequencer::fly(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::fly(core::TimePoint now, const View& view, const OperatorInput& input) {
   engaged_ = engaged_ || safety::passes_law(controller_.supervisor().failsafe_state());
   if (!view.in_control) {
     return end_by_loss(now, view, input);
@@ -164,7 +176,7 @@ bool FlightSequencer::fly(core::TimePoint now, const View& view, const Sequencer
   return true;
 }
 
-bool FlightSequencer::ends_by_landing(core::TimePoint now, const SequencerInput& input) {
+bool FlightSequencer::ends_by_landing(core::TimePoint now, const OperatorInput& input) {
   if (landing_monitor_.lands()) {
     reporter_.report_landing(now);
     give_back(now, false, input);
@@ -172,7 +184,7 @@ bool FlightSequencer::ends_by_landing(core::TimePoint now, const SequencerInput&
   return landing_monitor_.lands();
 }
 
-void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput& input) {
+void FlightSequencer::end_or_continue(core::TimePoint now, const OperatorInput& input) {
   const bool at_home = home_.state() == ReturnToStart<double>::State::kArrived;
   const bool is_held = request_.take_control && core::seconds<double>(now - since_) >= request_.hold_s;
   const bool is_over = at_home || (is_held && !returns_to_start());
@@ -186,7 +198,7 @@ void FlightSequencer::end_or_continue(core::TimePoint now, const SequencerInput&
   }
 }
 
-bool FlightSequencer::end_by_loss(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::end_by_loss(core::TimePoint now, const View& view, const OperatorInput& input) {
   const bool on_ground = takes_off_ && phase_ == Phase::kTask;
   const auto denial = engaged_ ? std::nullopt : std::optional(start_.denial(on_ground));
   reporter_.report_end(now, view, denial, takes_off_, next_input(request_.once));
@@ -200,7 +212,7 @@ bool FlightSequencer::may_land() const {
   return is_ours && state != safety::FailsafeState::kRelease && state != safety::FailsafeState::kSilent;
 }
 
-void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input) {
+void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const OperatorInput& input) {
   reporter_.report_tracking(now);
   enter(Phase::kReleasing, now);
   release_monitor_.begin(now, input.stops);
@@ -209,12 +221,12 @@ void FlightSequencer::begin_release(core::TimePoint now, bool by_operator, const
   ends_ = by_operator || request_.once || input.stops > 0;
 }
 
-void FlightSequencer::give_back(core::TimePoint now, bool by_operator, const SequencerInput& input) {
+void FlightSequencer::give_back(core::TimePoint now, bool by_operator, const OperatorInput& input) {
   controller_.release();
   begin_release(now, by_operator, input);
 }
 
-bool FlightSequencer::release_control(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::release_control(core::TimePoint now, const View& view, const OperatorInput& input) {
   ends_ = ends_ || input.stops > 0;
   if (now > since_ && view.in_control && controller_.supervisor().failsafe_state() == safety::FailsafeState::kSilent) {
     controller_.release();  // again: a delayed answer may have granted control meanwhile
@@ -240,7 +252,7 @@ void FlightSequencer::begin_task(core::TimePoint now, protocol::Task task) {
   reporter_.report_task(now, task_);
 }
 
-bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const OperatorInput& input) {
   if (!view.in_control) {
     return end_by_loss(now, view, input);
   }
@@ -275,7 +287,7 @@ bool FlightSequencer::fly_task(core::TimePoint now, const View& view, const Sequ
   return true;
 }
 
-void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input) {
+void FlightSequencer::end_task(core::TimePoint now, const OperatorInput& input) {
   const bool outside = start_.denial(false) == safety::FailsafeReason::kFenceLeft;
   reporter_.report_task(now, task_, outside);
   if (task_.task() == protocol::Task::kLand) {
@@ -290,7 +302,7 @@ void FlightSequencer::end_task(core::TimePoint now, const SequencerInput& input)
   enter(Phase::kFlying, now);  // --hold counts from where the law takes over
 }
 
-bool FlightSequencer::hover(core::TimePoint now, const View& view, const SequencerInput& input) {
+bool FlightSequencer::hover(core::TimePoint now, const View& view, const OperatorInput& input) {
   engaged_ = engaged_ || safety::passes_law(controller_.supervisor().failsafe_state());
   const bool takes_it_back = input.stops > 0 || input.toggle_control;
   if (!view.in_control) {

@@ -9,26 +9,27 @@
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/fly/autopilot_task.h"
 #include "firmware/companion/fly/flight_reporter.h"
-#include "firmware/companion/fly/flight_request.h"
 #include "firmware/companion/fly/monitor/landing_monitor.h"
 #include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/fly/monitor/tracking_error.h"
 #include "firmware/companion/fly/start_conditions.h"
 #include "firmware/companion/ground_station/return_to_start.h"
+#include "firmware/companion/operator/operator_input.h"
 #include "firmware/companion/operator/operator_log.h"
 #include "firmware/companion/operator/pose_monitor.h"
 #include "firmware/companion/operator/text_line.h"
 
 namespace m100::companion {
 
-/// What the operator did since the last tick.
-struct SequencerInput {
-  bool toggle_control = false;  ///< Enter, or SIGUSR1
-  bool land = false;            ///< "land", typed, or by a signed order
-  std::uint32_t stops = 0;      ///< signals to end, so far
-  bool backed_up = true;        ///< the second process gives control back if this program dies
-  bool goal_led =
-      false;  ///< goals have led the flight: the next flight begins where the aircraft is, not at its course
+/// How an order would be treated now.
+struct SequencerStatus {
+  bool waits = false;             ///< a command would request control; otherwise it would give it back
+  bool is_releasing = false;      ///< control goes back: a command has no effect
+  bool on_ground = false;         ///< a command would take off first
+  bool may_land = false;          ///< an order to land would be served
+  bool takes_off = false;         ///< the autopilot takes off, or control is requested for it
+  bool lands = false;             ///< the autopilot lands
+  bool returns_to_start = false;  ///< the battery is low, and the aircraft flies to where the flight began, or is there
 };
 
 /// The operator's part of a flight (promise R15). A command takes control when everything is ready. The next command,
@@ -57,25 +58,10 @@ class FlightSequencer {
         release_monitor_(operator_log) {}
 
   /// Call it after each tick. @returns false: the program ends.
-  bool tick(core::TimePoint now, const SequencerInput& input);
+  bool tick(core::TimePoint now, const OperatorInput& input);
 
   bool flew() const { return outcome_.flew; }
-  /// Control is not ours and was not requested: a command would request it.
-  bool waits() const { return phase_ == Phase::kWaiting; }
-  /// Control is going back: a command has no effect.
-  bool is_releasing() const { return phase_ == Phase::kReleasing; }
-  /// A command would take off: control is not ours, and the aircraft stands on the ground.
-  bool engage_takes_off(core::TimePoint now) const { return waits() && start_.on_ground(now); }
-  void end_or_continue(core::TimePoint now, const SequencerInput& input);
-  /// An order to land would be served.
-  bool may_land() const;
-  /// Whether this task of the autopilot is in progress; for a take-off also while control is requested for it.
-  bool in_task(protocol::Task task) const {
-    const bool is_asked_for = phase_ == Phase::kRequesting && takes_off_ && task == protocol::Task::kTakeOff;
-    return is_asked_for || (phase_ == Phase::kTask && task_.task() == task);
-  }
-  /// The battery is low, and the aircraft flies to where the flight began, or is there.
-  bool returns_to_start() const { return home_.state() != ReturnToStart<double>::State::kInactive; }
+  SequencerStatus status(core::TimePoint now) const;
   bool took_off() const { return outcome_.took_off; }
   bool landed() const { return outcome_.landed; }
   /// We had control, gave it back by order, at the end of --hold or after a landing, and the transmitter has it.
@@ -101,28 +87,32 @@ class FlightSequencer {
     phase_ = phase;
     since_ = now;
   }
-  bool wait(core::TimePoint now, const View& view, const SequencerInput& input);
+  void end_or_continue(core::TimePoint now, const OperatorInput& input);
+  /// An order to land would be served.
+  bool may_land() const;
+  bool returns_to_start() const { return home_.state() != ReturnToStart<double>::State::kInactive; }
+  bool wait(core::TimePoint now, const View& view, const OperatorInput& input);
   /// @returns true: with --once, because control was refused or was not possible within 20 s. Reports the latter.
   bool ends_without_flight(core::TimePoint now, const View& view);
-  bool request_control(core::TimePoint now, const View& view, const SequencerInput& input);
-  bool fly(core::TimePoint now, const View& view, const SequencerInput& input);
-  bool fly_task(core::TimePoint now, const View& view, const SequencerInput& input);
+  bool request_control(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool fly(core::TimePoint now, const View& view, const OperatorInput& input);
+  bool fly_task(core::TimePoint now, const View& view, const OperatorInput& input);
   void begin_task(core::TimePoint now, protocol::Task task);
-  void end_task(core::TimePoint now, const SequencerInput& input);
-  bool hover(core::TimePoint now, const View& view, const SequencerInput& input);
+  void end_task(core::TimePoint now, const OperatorInput& input);
+  bool hover(core::TimePoint now, const View& view, const OperatorInput& input);
   /// The autopilot lands by itself: reports it and gives control back.
-  bool ends_by_landing(core::TimePoint now, const SequencerInput& input);
-  bool release_control(core::TimePoint now, const View& view, const SequencerInput& input);
+  bool ends_by_landing(core::TimePoint now, const OperatorInput& input);
+  bool release_control(core::TimePoint now, const View& view, const OperatorInput& input);
   void try_to_engage(core::TimePoint now, bool backed_up);
   /// With --once, a refusal to carry out the program's own order to take control ends the program.
   bool ends_on_denial() const { return order_given_ && request_.once; }
-  void begin_release(core::TimePoint now, bool by_operator, const SequencerInput& input);
-  void give_back(core::TimePoint now, bool by_operator, const SequencerInput& input);
+  void begin_release(core::TimePoint now, bool by_operator, const OperatorInput& input);
+  void give_back(core::TimePoint now, bool by_operator, const OperatorInput& input);
   bool is_refused(core::TimePoint now, const View& view) const {
     return now > since_ && !view.control_requested && StartConditions::waits_for_operator(view.stage);
   }
   /// Control is not ours any more. @returns true
-  bool end_by_loss(core::TimePoint now, const View& view, const SequencerInput& input);
+  bool end_by_loss(core::TimePoint now, const View& view, const OperatorInput& input);
   void report(core::TimePoint now, std::string_view what) { operator_log_.write(now, what); }
 
   FlightRequest request_;

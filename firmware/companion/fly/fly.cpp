@@ -13,7 +13,6 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
-#include "firmware/companion/files/course/course_words.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
 #include "firmware/companion/fly/flight.h"
@@ -50,19 +49,6 @@ link::LinkConfig link_config(const FlyOptions& options) {
   return config;
 }
 
-void check_files(const FlyOptions& options) {
-  FileUse use = files_of(options.pose, options.port);
-  use.reads("--key-file", options.key_file)
-      .reads("--vehicle", options.vehicle)
-      .reads("--gains", options.gains)
-      .reads("--flight", options.flight)
-      .reads("--course", options.course)
-      .reads("--excite", options.excite)
-      .writes("--json", options.json)
-      .creates("--log", options.log)
-      .check();
-}
-
 void run(const FlyOptions& options) {
   check(options.pose, options.port);
   (void)receiver_of(options.live.to);  // refuses a malformed address before anything begins
@@ -85,10 +71,20 @@ void run(const FlyOptions& options) {
 
 }  // namespace
 
+void check_files(const FlyOptions& options) {
+  FileUse use = files_of(options.pose, options.port);
+  use.reads("--key-file", options.key_file)
+      .reads("--vehicle", options.vehicle)
+      .reads("--gains", options.gains)
+      .reads("--flight", options.flight)
+      .reads("--course", options.course)
+      .reads("--excite", options.excite)
+      .writes("--json", options.json)
+      .creates("--log", options.log)
+      .check();
+}
+
 PreparedLink::PreparedLink(const FlyOptions& options) : config(link_config(options)) {
-  if (std::isnan(options.hold_s) || std::isnan(options.patience_s)) {  // CLI11's range check accepts it
-    throw UsageError(std::isnan(options.hold_s) ? "--hold: is not a number" : "--patience: is not a number");
-  }
   check_files(options);
   if (!options.key_file.empty()) {
     cipher.emplace(read_key(options.key_file));
@@ -123,7 +119,7 @@ OperatorInput read_operator_input() {
   const std::string_view typed(line.data(), static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   const bool land = typed.substr(0, typed.find_first_of("\r\n")) == "land";
   const bool signalled = word_signal.exchange(false);
-  return {.toggle_control = signalled || (!typed.empty() && !land), .land = land};
+  return {.toggle_control = signalled || (!typed.empty() && !land), .land = land, .stops = stops()};
 }
 
 void discard_operator_input() {
@@ -153,12 +149,6 @@ void open_or_explain(hal::SerialPort& port) {
                                           ? ": is not a serial port"
                                           : ": no such serial port: " + missing_port_remedy(port.path())));
   }
-}
-
-std::string describe(const link::AuthorityView& authority) {
-  TextLine line;
-  describe(line, authority);
-  return std::string(line.text());
 }
 
 core::TimePoint TickClock::next() {

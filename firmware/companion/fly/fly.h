@@ -20,7 +20,7 @@ namespace m100::companion {
 
 class Subcommand;
 
-/// The options of `fly`; `handshake` uses those of the link, too.
+/// The options of `fly`; `handshake`, `record` and `check` have some of them.
 struct FlyOptions {
   std::string port;
   std::uint32_t baud = 230400;
@@ -52,6 +52,9 @@ struct FlyOptions {
   LiveOptions live;
 };
 
+/// Refuses files that cannot be used, see FileUse. Errors: FileUseError.
+void check_files(const FlyOptions& options);
+
 /// Adds the options of the link to a subcommand.
 void add_link_options(const Subcommand& app, FlyOptions& options);
 
@@ -79,9 +82,6 @@ void open_or_explain(hal::SerialPort& port);
 
 /// Prints a line for the operator, by the LineWriter if there is one.
 void print_line(std::string_view line);
-
-/// One line with the state of the authority table, and the remedy if there is one.
-std::string describe(const link::AuthorityView& authority);
 
 /// Ticks of 10 ms by absolute deadlines; a tick that ends more than a period after its deadline starts the grid anew.
 class TickClock {

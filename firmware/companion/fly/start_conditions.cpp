@@ -25,7 +25,7 @@ bool StartConditions::is_out_of_reach(bool takes_off) const {
 }
 
 bool StartConditions::on_ground(core::TimePoint now) const {
-  return request_.take_off && LandedState(controller_.link(), now).on_ground;
+  return request_.take_off && is_on_ground(controller_.link(), now).value_or(false);
 }
 
 bool StartConditions::is_outside(bool takes_off) const {
@@ -34,7 +34,7 @@ bool StartConditions::is_outside(bool takes_off) const {
 
 bool StartConditions::is_ready(core::TimePoint now) const {
   // A take-off needs to know whether the aircraft is on the ground or in the air.
-  const bool is_known = !request_.take_off || LandedState(controller_.link(), now).known;
+  const bool is_known = !request_.take_off || is_on_ground(controller_.link(), now).has_value();
   return controller_.link().authority().stage == safety::AuthorityStage::kReady && is_known && is_clear(now) &&
          !pose_blocks(now);
 }
@@ -55,7 +55,7 @@ bool StartConditions::report_impossible(core::TimePoint now, bool backed_up, boo
   TextLine line;
   if (!backed_up) {
     line.add("control is not asked for: nobody would give it back if this program died; end m100 and start it again");
-  } else if (request_.take_off && !LandedState(controller_.link(), now).known) {
+  } else if (request_.take_off && !is_on_ground(controller_.link(), now)) {
     line.add("control was not asked for: without the autopilot's flight status it is not known whether the aircraft ");
     line.add("is on the ground; ").add(next_input(program_ends));
   }
@@ -77,8 +77,7 @@ void StartConditions::report_awaited(core::TimePoint now, bool waits) {
   if (now - clear_ > kObstacleReported && reported_denial_ == safety::FailsafeReason::kNone) {
     reported_denial_ = cause;
     TextLine line;
-    line.add("control is not asked for yet; ");
-    describe(line, cause, controller_.observed(), limits_);
+    line.add("control is not asked for yet; ").add(describe(cause, controller_.observed(), limits_));
     add_refused_poses(line, cause, now);
     operator_log_.write(now, line.add(": ").add(remedy_for(cause)).text());
   }
@@ -117,8 +116,7 @@ void StartConditions::report_position(core::TimePoint now, bool takes_off, bool 
 
 void StartConditions::report_denial(core::TimePoint now, safety::FailsafeReason cause, bool program_ends) const {
   TextLine line;
-  line.add("control is not taken; ");
-  describe(line, cause, controller_.observed(), limits_);
+  line.add("control is not taken; ").add(describe(cause, controller_.observed(), limits_));
   add_refused_poses(line, cause, now);
   operator_log_.write(now, line.add(": ").add(remedy_for(cause)).add("; ").add(next_input(program_ends)).text());
 }

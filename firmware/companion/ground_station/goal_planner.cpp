@@ -11,8 +11,6 @@
 namespace m100::companion {
 namespace {
 
-constexpr unsigned kIgnoreMotion = kIgnoreVelocity | kIgnoreAcceleration;
-
 constexpr double kShortestBrake_s = 0.5;
 /// A stop takes this number times speed / acceleration limit: 3 / sqrt(2). The acceleration then never exceeds the
 /// limit, if it does not at the beginning.
@@ -22,12 +20,10 @@ constexpr double kLonger = 1.06;  ///< ratio of successive durations that are tr
 constexpr double kSamePlace_m = 1e-3;
 constexpr double kSameYaw_rad = 1e-3;
 
-bool is_number(float value) { return std::isfinite(value) && std::abs(value) <= 1000.F; }
-
 /// From a motion to rest after a time, at whatever place; the acceleration is a parabola that ends at zero.
-ref::Polynomial<double> to_rest(double position, double speed, double acceleration, double time_s) {
-  const double slope = speed * time_s, bend = acceleration * time_s * time_s;
-  return {{position, slope, bend / 2.0, -slope - bend * 2.0 / 3.0, slope / 2.0 + bend / 4.0, 0.0, 0.0, 0.0}};
+ref::Polynomial<double> to_rest(const ref::AxisReference<double>& from, double time_s) {
+  const double slope = from.velocity_m_s * time_s, bend = from.acceleration_m_s2 * time_s * time_s;
+  return {{from.position_m, slope, bend / 2.0, -slope - bend * 2.0 / 3.0, slope / 2.0 + bend / 4.0, 0.0, 0.0, 0.0}};
 }
 
 template <typename T>
@@ -35,28 +31,8 @@ double as_double(T value) {
   return static_cast<double>(value);
 }
 
-/// From a motion to rest at a place, degree 5, in normalised time.
-template <typename T>
-ref::Polynomial<double> to_place(const ref::AxisReference<T>& from, double to, double time_s) {
-  const double at = as_double(from.position_m);
-  const double slope = as_double(from.velocity_m_s) * time_s;
-  const double bend = as_double(from.acceleration_m_s2) * time_s * time_s;
-  const double way = to - at - slope - bend / 2.0;
-  const double end_slope = -slope - bend;  // to be cancelled by the last three terms
-  return {{at, slope, bend / 2.0, 10.0 * way - 4.0 * end_slope - bend / 2.0, -15.0 * way + 7.0 * end_slope + bend,
-           6.0 * way - 3.0 * end_slope - bend / 2.0, 0.0, 0.0}};
-}
-
-template <typename T>
-std::array<ref::AxisReference<T>, ref::kDimensions> motion_of(const ref::Window<T>& window) {
-  return {window.x[0], window.y[0], window.height,
-          ref::AxisReference<T>{.position_m = window.yaw_rad, .velocity_m_s = window.yaw_rate_rad_s}};
-}
-
-template <typename T>
-double speed_of(const ref::Window<T>& window) {
-  const double x = as_double(window.x[0].velocity_m_s), y = as_double(window.y[0].velocity_m_s);
-  const double z = as_double(window.height.velocity_m_s);
+double speed_of(const std::array<ref::AxisReference<double>, ref::kDimensions>& motion) {
+  const double x = motion[0].velocity_m_s, y = motion[1].velocity_m_s, z = motion[2].velocity_m_s;
   return core::sqrt(x * x + y * y + z * z);
 }
 
@@ -64,11 +40,6 @@ template <typename T>
 ref::Waypoint<T> place_of(const ref::Window<T>& window) {
   return {.position_w_m = {window.x[0].position_m, window.y[0].position_m, window.height.position_m},
           .yaw_rad = window.yaw_rad};
-}
-
-bool names_only_places(unsigned mask) {
-  const bool has_place = (mask & kIgnorePosition) != kIgnorePosition || (mask & kIgnoreYaw) == 0;
-  return has_place && (mask & kIgnoreMotion) == kIgnoreMotion && (mask & kForce) == 0 && (mask & kIgnoreYawRate) != 0;
 }
 
 /// Copies the coordinates that the goal names into `place`. @returns kAccepted, or why one of them is not valid, and
@@ -80,7 +51,7 @@ GoalResult put(const mavlink::SetPositionTargetLocalNed& goal, ref::Waypoint<T>&
     if ((goal.type_mask & (1U << axis)) != 0) {
       continue;
     }
-    if (!is_number(world[axis])) {
+    if (!(std::abs(as_double(world[axis])) <= kFarthestSetPoint)) {
       value = as_double(axis == 0 ? world[axis] : -world[axis]);
       return GoalResult::kNotFinite;
     }
@@ -106,52 +77,45 @@ bool is_upward(const mavlink::SetPositionTargetLocalNed& goal, double height_m, 
 
 }  // namespace
 
-std::string_view name(GoalResult answer) {
-  switch (answer) {
-    case GoalResult::kAccepted:
-      return "it flies there";
-    case GoalResult::kUnchanged:
-      return "it flies there already";
-    case GoalResult::kNotFlying:
-      return "refused: the aircraft does not fly by goals now";
-    case GoalResult::kFrame:
-      return "refused: only the frame LOCAL_NED counts";
-    case GoalResult::kMask:
-      return "refused: a mask must name a position or a yaw";
-    case GoalResult::kNotFinite:
-      return "refused: not finite, or farther than 1 km";
-    case GoalResult::kDegrees:
-      return "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians";
-    case GoalResult::kUpward:
-      return "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down";
-    case GoalResult::kReturningToStart:
-      return "refused: the battery is low, and the aircraft flies to where the flight began";
-    case GoalResult::kUnsigned:
-      return "refused: without a signature only the sender of --set-points-from counts";
-    case GoalResult::kFirst:
-      return "a motion alone begins nothing";
-    case GoalResult::kStream:
-      return "a stream of set points, flown as it comes";
-    case GoalResult::kStreamFence:
-      return "a stream that leads beyond the fence: it stays inside";
-    case GoalResult::kStreamSpeed:
-      return "a stream that is too fast: the speed is cut to its limit";
-    case GoalResult::kStreamAcceleration:
-      return "a stream that needs too much tilt: the acceleration is cut to its limit";
-    case GoalResult::kStreamFar:
-      return "a stream that is too far away to join: it flies there first";
-    case GoalResult::kStreamEnded:
-      return "the stream of set points has ended: it brakes and holds";
-    case GoalResult::kSecondSender:
-      return "refused: set points of another sender lead, until they pause for 0.3 s";
-    case GoalResult::kMixedMasks:
-      return "refused: the masks of a stream must not change, until it pauses for 0.3 s";
-    case GoalResult::kPartialMask:
-      return "refused: a mask must name position or velocity, each with all three axes, and no force";
-    case GoalResult::kHeld:
-      return "refused: an order to hold stopped this stream, until it pauses for 0.3 s";
+ref::Polynomial<double> polynomial_between(const ref::AxisReference<double>& from, const ref::AxisReference<double>& to,
+                                           bool has_position, double time_s) {
+  const double slope = from.velocity_m_s * time_s, bend = from.acceleration_m_s2 * time_s * time_s;
+  const double turn = to.velocity_m_s * time_s - slope - bend;
+  const double grows = to.acceleration_m_s2 * time_s * time_s - bend;
+  if (!has_position) {
+    return {{from.position_m, slope, bend / 2.0, turn - grows / 3.0, grows / 4.0 - turn / 2.0, 0.0, 0.0, 0.0}};
   }
-  return "";
+  const double way = to.position_m - from.position_m - slope - bend / 2.0;
+  return {{from.position_m, slope, bend / 2.0, 10.0 * way - 4.0 * turn + grows / 2.0, -15.0 * way + 7.0 * turn - grows,
+           6.0 * way - 3.0 * turn + grows / 2.0, 0.0, 0.0}};
+}
+
+std::string_view name(GoalResult answer) {
+  constexpr std::array<std::string_view, kGoalResults> kNames{
+      // in the order of GoalResult
+      "it flies there",
+      "it flies there already",
+      "refused: the aircraft does not fly by goals now",
+      "refused: only the frame LOCAL_NED counts",
+      "refused: a mask must name a position or a yaw",
+      "refused: not finite, or farther than 1 km",
+      "refused: a yaw beyond 2 pi: degrees? MAVLink's angles are radians",
+      "refused: z lies below the fence and, with the other sign, inside it: MAVLink's z points down",
+      "refused: the battery is low, and the aircraft flies to where the flight began",
+      "refused: without a signature only the sender of --set-points-from counts",
+      "a motion alone begins nothing",
+      "a stream of set points, flown as it comes",
+      "a stream that leads beyond the fence: it stays inside",
+      "a stream that is too fast: the speed is cut to its limit",
+      "a stream that needs too much tilt: the acceleration is cut to its limit",
+      "a stream that is too far away to join: it flies there first",
+      "the stream of set points has ended: it brakes and holds",
+      "refused: set points of another sender lead, until they pause for 0.3 s",
+      "refused: the masks of a stream must not change, until it pauses for 0.3 s",
+      "refused: a mask must name position or velocity, each with all three axes, and no force",
+      "refused: an order to hold stopped this stream, until it pauses for 0.3 s",
+  };
+  return kNames[static_cast<std::size_t>(answer)];
 }
 
 template <typename T>
@@ -183,22 +147,17 @@ void GoalPlanner<T>::update(core::TimePoint now, bool by_law, core::TimePoint st
 template <typename T>
 ref::Waypoint<T> GoalPlanner<T>::brake(core::TimePoint now) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
-  const std::array<ref::AxisReference<T>, 3> axes{window.x[0], window.y[0], window.height};
-  const double speed = speed_of(window);
+  const auto motion = motion_of(window);
+  const double speed = speed_of(motion);
   ref::Waypoint<T> here = place_of(window);
   trajectory_.hold(here);
   trajectory_.start(now);
-  const double turns_rad_s = as_double(window.yaw_rate_rad_s);
-  if (speed == 0.0 && turns_rad_s == 0.0) {
+  if (speed == 0.0 && motion[3].velocity_m_s == 0.0) {
     return here;
   }
   const double time_s = std::max(kShortestBrake_s, kBrakeTime * speed / limits_.acceleration_m_s2);
-  std::array<ref::Polynomial<double>, ref::kDimensions> way{};
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    way[axis] = to_rest(as_double(axes[axis].position_m), as_double(axes[axis].velocity_m_s),
-                        as_double(axes[axis].acceleration_m_s2), time_s);
-  }
-  way[3] = to_rest(as_double(here.yaw_rad), turns_rad_s, 0.0, time_s);
+  PolynomialPath way;
+  std::transform(motion.begin(), motion.end(), way.begin(), [&](const auto& axis) { return to_rest(axis, time_s); });
   (void)trajectory_.append_polynomial(way, core::Duration(std::llround(time_s * 1e6)));
   return trajectory_.end();
 }
@@ -218,7 +177,7 @@ GoalResult GoalPlanner<T>::take(const mavlink::SetPositionTargetLocalNed& goal, 
   if (goal.coordinate_frame != kLocalNed) {
     return GoalResult::kFrame;
   }
-  if (!names_only_places(goal.type_mask)) {
+  if (ignores(goal, kIgnorePosition | kIgnoreYaw) || !names_only_a_place(goal)) {
     return GoalResult::kMask;
   }
   ref::Waypoint<T> place = goal_.value_or(trajectory_.end());
@@ -261,11 +220,11 @@ bool GoalPlanner<T>::fly_to(const ref::Waypoint<T>& place, core::TimePoint now) 
 template <typename T>
 bool GoalPlanner<T>::plan_to(const ref::Waypoint<T>& place, core::TimePoint now) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
-  const double speed_m_s = speed_of(window);
+  const auto motion = motion_of(window);
+  const double speed_m_s = speed_of(motion);
   if (speed_m_s == 0.0) {
     return false;  // from rest the straight way is used
   }
-  const auto motion = motion_of(window);
   const ref::Waypoint<T> here = place_of(window);
   const std::array<double, ref::kDimensions> ends{
       as_double(place.position_w_m.x()), as_double(place.position_w_m.y()), as_double(place.position_w_m.z()),
@@ -275,7 +234,7 @@ bool GoalPlanner<T>::plan_to(const ref::Waypoint<T>& place, core::TimePoint now)
   for (int tries = 0; tries < kMaxAttempts; ++tries, time_s *= kLonger) {
     PolynomialPath way;
     for (std::size_t axis = 0; axis < way.size(); ++axis) {
-      way[axis] = to_place(motion[axis], ends[axis], time_s);
+      way[axis] = polynomial_between(motion[axis], {.position_m = ends[axis]}, true, time_s);
     }
     if (within_limits(way, time_s, speed_m_s)) {
       trajectory_.hold(here);

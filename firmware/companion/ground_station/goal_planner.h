@@ -48,6 +48,24 @@ constexpr bool is_stream(GoalResult answer) {
 /// "refused: only the frame LOCAL_NED counts", for people.
 std::string_view name(GoalResult answer);
 
+/// From one motion to another, in normalised time: of degree 5, or 4 where the place of the end is free.
+ref::Polynomial<double> polynomial_between(const ref::AxisReference<double>& from, const ref::AxisReference<double>& to,
+                                           bool has_position, double time_s);
+
+/// The present motion in x, y, z and yaw.
+template <typename T>
+std::array<ref::AxisReference<double>, ref::kDimensions> motion_of(const ref::Window<T>& window) {
+  std::array<ref::AxisReference<double>, ref::kDimensions> motion;
+  const ref::AxisReference<T> yaw{.position_m = window.yaw_rad, .velocity_m_s = window.yaw_rate_rad_s};
+  std::size_t axis = 0;
+  for (const ref::AxisReference<T>* const one : {&window.x[0], &window.y[0], &window.height, &yaw}) {
+    motion[axis++] = {.position_m = static_cast<double>(one->position_m),
+                      .velocity_m_s = static_cast<double>(one->velocity_m_s),
+                      .acceleration_m_s2 = static_cast<double>(one->acceleration_m_s2)};
+  }
+  return motion;
+}
+
 /// Turns goals into a course during the flight. A goal is a place where the aircraft comes to rest. From rest the way
 /// there is straight, of degree 5, as fast as the limits allow. If a goal arrives on the way, the new way starts from
 /// the present motion, provided that one polynomial of degree 5 per axis keeps the limits and the fence. Otherwise the

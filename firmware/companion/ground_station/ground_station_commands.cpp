@@ -16,7 +16,7 @@ constexpr std::uint8_t kUnsupported = 3;
 struct CommandDecision {
   std::uint8_t result = kAccepted;
   std::string_view why;  ///< follows the order's name in the report
-  OperatorInput input;
+  OperatorInput input{};
 };
 
 // An order that is repeated because its answer was lost must not undo the first.
@@ -24,10 +24,10 @@ constexpr std::string_view kAlreadyDone = ", already done";
 
 CommandDecision decide_engage(bool engages, const SequencerStatus& status) {
   if (engages && status.on_ground) {
-    return {.result = kTemporarilyRejected, .why = ", refused: it stands on the ground; order a take-off", .input = {}};
+    return {.result = kTemporarilyRejected, .why = ", refused: it stands on the ground; order a take-off"};
   }
   if (engages && status.is_releasing) {
-    return {.result = kTemporarilyRejected, .why = ", refused: control is being given back", .input = {}};
+    return {.result = kTemporarilyRejected, .why = ", refused: control is being given back"};
   }
   const bool toggle_control = engages == status.waits;
   return {.result = kAccepted, .why = toggle_control ? "" : kAlreadyDone, .input = {.toggle_control = toggle_control}};
@@ -38,32 +38,28 @@ bool is_here(float value) { return std::isnan(value) || value == 0.F; }
 
 CommandDecision decide_landing(const mavlink::CommandLong& order, const SequencerStatus& status) {
   if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
-    return {.result = kDenied, .why = ", refused: it lands where it is; param5 to param7 must be 0", .input = {}};
+    return {.result = kDenied, .why = ", refused: it lands where it is; param5 to param7 must be 0"};
   }
   if (status.lands) {
-    return {.result = kAccepted, .why = kAlreadyDone, .input = {}};
+    return {.result = kAccepted, .why = kAlreadyDone};
   }
-  return status.may_land
-             ? CommandDecision{.result = kAccepted, .why = "", .input = {.land = true}}
-             : CommandDecision{.result = kTemporarilyRejected, .why = ", refused: it does not fly now", .input = {}};
+  return status.may_land ? CommandDecision{.result = kAccepted, .why = "", .input = {.land = true}}
+                         : CommandDecision{.result = kTemporarilyRejected, .why = ", refused: it does not fly now"};
 }
 
 CommandDecision decide_take_off(const mavlink::CommandLong& order, const SequencerStatus& status) {
   if (!is_here(order.param5) || !is_here(order.param6) || !is_here(order.param7)) {
-    return {.result = kDenied,
-            .why = ", refused: it climbs 1.2 m where it stands; param5 to param7 must be 0",
-            .input = {}};
+    return {.result = kDenied, .why = ", refused: it climbs 1.2 m where it stands; param5 to param7 must be 0"};
   }
   if (status.takes_off) {
-    return {.result = kAccepted, .why = kAlreadyDone, .input = {}};
+    return {.result = kAccepted, .why = kAlreadyDone};
   }
   return status.on_ground
              ? CommandDecision{.result = kAccepted, .why = "", .input = {.toggle_control = true}}
              : CommandDecision{.result = kTemporarilyRejected,
                                .why =
                                    ", refused: it does not stand on the ground, or m100 was started without "
-                                   "--take-off",
-                               .input = {}};
+                                   "--take-off"};
 }
 
 /// "; the fence cut 2.30 m off x, 0.40 m off z"
@@ -79,16 +75,6 @@ void add_cut(TextLine& line, const core::Vector<double, 3>& cut_w_m) {
 }
 
 }  // namespace
-
-SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now) {
-  return {.waits = sequencer.waits(),
-          .is_releasing = sequencer.is_releasing(),
-          .on_ground = sequencer.engage_takes_off(now),
-          .may_land = sequencer.may_land(),
-          .takes_off = sequencer.in_task(protocol::Task::kTakeOff),
-          .lands = sequencer.in_task(protocol::Task::kLand),
-          .returns_to_start = sequencer.returns_to_start()};
-}
 
 OperatorInput GroundStationCommands::tick(core::TimePoint now, const app::FlightController<double>& controller,
                                           const SequencerStatus& status) {
@@ -148,7 +134,7 @@ OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundSt
                                              const SequencerStatus& status) {
   TextLine line;
   line.add("order from the ground station: ");
-  CommandDecision decision{.result = kUnsupported, .why = ", refused: this program does not support it", .input = {}};
+  CommandDecision decision{.result = kUnsupported, .why = ", refused: this program does not support it"};
   if (order.message.command == kGuidedEnable) {
     decision = decide_engage(order.message.param1 >= 0.5F, status);
     line.add(order.message.param1 >= 0.5F ? "engage" : "release");
@@ -160,14 +146,13 @@ OperatorInput GroundStationCommands::execute(core::TimePoint now, const GroundSt
     line.add("take off");
   } else if (is_hold_command(order.message)) {
     decision = {.result = holds ? kAccepted : kTemporarilyRejected,
-                .why = holds ? "" : ", refused: it does not fly by goals now",
-                .input = {}};
+                .why = holds ? "" : ", refused: it does not fly by goals now"};
     line.add("hold");
   } else {
     line.add("command ").add(static_cast<double>(order.message.command), 0);
   }
   if (!line_.is_signed()) {
-    decision = {.result = kDenied, .why = ", refused: orders need a signature (--mavlink-key)", .input = {}};
+    decision = {.result = kDenied, .why = ", refused: orders need a signature (--mavlink-key)"};
   }
   operator_log_.write(now, line.add(decision.why).text());
   send(mavlink::CommandAck{.command = order.message.command,

@@ -8,18 +8,6 @@
 
 namespace m100::companion {
 
-/// How the FlightSequencer would treat an order now.
-struct SequencerStatus {
-  bool waits = false;             ///< a command would request control; otherwise it would give it back
-  bool is_releasing = false;      ///< control goes back: a command has no effect
-  bool on_ground = false;         ///< a command would take off first
-  bool may_land = false;          ///< an order to land would be served
-  bool takes_off = false;         ///< the autopilot takes off, or control is requested for it
-  bool lands = false;             ///< the autopilot lands
-  bool returns_to_start = false;  ///< the battery is low: the ground station cannot change the course
-};
-SequencerStatus sequencer_status(const FlightSequencer& sequencer, core::TimePoint now);
-
 /// Handles what comes from the ground station. Goals change the course. An order to engage or release has the effect of
 /// the operator's command. Each order is answered; an unknown one is refused and reported by its number. No heap.
 class GroundStationCommands {

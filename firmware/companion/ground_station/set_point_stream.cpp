@@ -71,26 +71,6 @@ Axis ahead(const Axis& from, double time_s, double fade_s) {
   return then;
 }
 
-/// From one motion to another, in normalised time: of degree 5, or 4 where the place of the end is free.
-ref::Polynomial<double> between(const Axis& from, const Axis& to, bool has_position, double time_s) {
-  const double slope = from.velocity_m_s * time_s, bend = from.acceleration_m_s2 * time_s * time_s;
-  const double turn = to.velocity_m_s * time_s - slope - bend;
-  const double grows = to.acceleration_m_s2 * time_s * time_s - bend;
-  if (!has_position) {
-    return {{from.position_m, slope, bend / 2.0, turn - grows / 3.0, grows / 4.0 - turn / 2.0, 0.0, 0.0, 0.0}};
-  }
-  const double way = to.position_m - from.position_m - slope - bend / 2.0;
-  return {{from.position_m, slope, bend / 2.0, 10.0 * way - 4.0 * turn + grows / 2.0, -15.0 * way + 7.0 * turn - grows,
-           6.0 * way - 3.0 * turn + grows / 2.0, 0.0, 0.0}};
-}
-
-template <typename T>
-Axis in_double(const ref::AxisReference<T>& axis) {
-  return {.position_m = static_cast<double>(axis.position_m),
-          .velocity_m_s = static_cast<double>(axis.velocity_m_s),
-          .acceleration_m_s2 = static_cast<double>(axis.acceleration_m_s2)};
-}
-
 /// Shortens the x, y and z parts of a member to a length. @returns the length before.
 double shorten(std::array<Axis, ref::kDimensions>& axes, double Axis::*member, double largest) {
   const double length = Vector(axes[0].*member, axes[1].*member, axes[2].*member).norm();
@@ -284,10 +264,7 @@ GoalResult SetPointStream<T>::cut(Target& target) {
 template <typename T>
 GoalResult SetPointStream<T>::join(const Target& target, core::TimePoint now, GoalPlanner<T>& goals) {
   const ref::Window<T> window = trajectory_.window(now, core::Duration{0});
-  const std::array<Axis, ref::kDimensions> from{in_double(window.x[0]), in_double(window.y[0]),
-                                                in_double(window.height),
-                                                Axis{.position_m = static_cast<double>(window.yaw_rad),
-                                                     .velocity_m_s = static_cast<double>(window.yaw_rate_rad_s)}};
+  const std::array<Axis, ref::kDimensions> from = motion_of(window);
   const bool has_place = target.has_position[0];
   const double longest_s = has_place ? kLongestJoin_s : kLongestTurn_s;
   double time_s = std::max(kDelay_s - core::seconds<double>(now - target.at), kShortestJoin_s);
@@ -328,7 +305,7 @@ bool SetPointStream<T>::join_in(const Target& target, const std::array<Axis, ref
       wanted.position_m = from[axis].position_m + turn;
       wanted.velocity_m_s = has_position ? wanted.velocity_m_s : std::copysign(limits_.yaw_rate_rad_s, turn);
     }
-    way[axis] = between(from[axis], ahead(wanted, ahead_s, kFade_s), has_position, time_s);
+    way[axis] = polynomial_between(from[axis], ahead(wanted, ahead_s, kFade_s), has_position, time_s);
     const Axis end = way[axis].at(1.0, time_s);
     fades[axis].c = {end.position_m, end.velocity_m_s * fading_s, end.acceleration_m_s2 * fading_s * fading_s / 2.0,
                      -end.acceleration_m_s2 * fading_s * fading_s / 6.0};

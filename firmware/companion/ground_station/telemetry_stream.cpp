@@ -24,7 +24,7 @@ TelemetryStream::TelemetryStream(const LiveOptions& options, const hal::UdpPort*
                                  const std::optional<mavlink::Key>& key)
     : receiver_(receiver_of(options.to)), port_(port), key_(key) {
   if (receiver_) {
-    descriptor_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    descriptor_ = hal::Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   } else if (port_ == nullptr) {
     return;
   }
@@ -38,13 +38,6 @@ TelemetryStream::TelemetryStream(const LiveOptions& options, const hal::UdpPort*
     }
     send_all();
   });
-}
-
-TelemetryStream::~TelemetryStream() {
-  thread_ = {};  // asked to end, and waited for
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-  }
 }
 
 void TelemetryStream::publish(const app::TickRecord<double>& record, mavlink::SignatureTime min_time) {
@@ -82,9 +75,9 @@ void TelemetryStream::send(const Message& message) {
 }
 
 void TelemetryStream::send(const app::TickRecord<double>& record) {
-  if (descriptor_ >= 0) {
+  if (descriptor_.number >= 0) {
     const std::string text = json_of(record);
-    (void)!::sendto(descriptor_, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&*receiver_),
+    (void)!::sendto(descriptor_.number, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&*receiver_),
                     sizeof(*receiver_));  // a packet that cannot be sent is lost, as on any network
   }
   const std::uint32_t state = states_++;

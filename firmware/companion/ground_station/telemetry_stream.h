@@ -12,6 +12,7 @@
 #include "firmware/companion/operator/live_display.h"
 #include "firmware/companion/operator/text_line.h"
 #include "firmware/core/spsc_ring.h"
+#include "hal/linux/descriptor.h"
 #include "hal/linux/udp_port.h"
 #include "protocol/mavlink/frame.h"
 #include "protocol/mavlink/signature.h"
@@ -33,10 +34,6 @@ class TelemetryStream {
   /// @param port of the ground station, must outlive it; null: there is none. @param key nullopt: the messages are not
   /// signed. Errors: UsageError.
   TelemetryStream(const LiveOptions& options, const hal::UdpPort* port, const std::optional<mavlink::Key>& key);
-  /// Sends the rest of the queues.
-  ~TelemetryStream();
-  TelemetryStream(const TelemetryStream&) = delete;
-  TelemetryStream& operator=(const TelemetryStream&) = delete;
 
   // Called by the thread that flies. A message that finds no room is not sent.
   /// Call it every tick. @param min_time least time stamp of the signatures
@@ -52,7 +49,7 @@ class TelemetryStream {
   void send(const Message& message);
 
   std::optional<sockaddr_in> receiver_;
-  int descriptor_ = -1;  ///< to the receiver
+  hal::Descriptor descriptor_;  ///< to the receiver
   const hal::UdpPort* port_;
   std::optional<mavlink::Key> key_;
   std::atomic<mavlink::SignatureTime> min_time_{0};  ///< of the signatures of the next messages
@@ -65,7 +62,7 @@ class TelemetryStream {
   std::uint16_t sentences_ = 0;
   std::uint8_t frames_ = 0;
   mavlink::SignatureTime time_ = 0;
-  std::jthread thread_;
+  std::jthread thread_;  ///< last, because its end sends the rest of the queues
 };
 
 }  // namespace m100::companion

@@ -28,18 +28,24 @@ int digits_of(double a, double b, int least) {
 }
 
 /// A residual and its limit: "0.012 m apart, allowed 0.0098 m".
-void add_compared(TextLine& line, double residual, std::string_view how, double allowed, std::string_view unit,
-                  int least = 2) {
+TextLine& add_compared(TextLine& line, double residual, std::string_view how, double allowed, std::string_view unit,
+                       int least = 2) {
   const int digits = digits_of(residual, allowed, least);
-  line.add(residual, digits).add(" ").add(unit).add(how).add(", allowed ").add(allowed, digits).add(" ").add(unit);
+  return line.add(residual, digits)
+      .add(" ")
+      .add(unit)
+      .add(how)
+      .add(", allowed ")
+      .add(allowed, digits)
+      .add(" ")
+      .add(unit);
 }
 
-void add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
+TextLine& add_age(TextLine& line, std::string_view what, core::Duration age, core::Duration allowed) {
   if (age > std::chrono::hours(1)) {
-    line.add(what).add(": none has arrived");
-    return;
+    return line.add(what).add(": none has arrived");
   }
-  add_compared(line.add(what).add(": "), core::seconds<double>(age), "", core::seconds<double>(allowed), "s", 3);
+  return add_compared(line.add(what).add(": "), core::seconds<double>(age), "", core::seconds<double>(allowed), "s", 3);
 }
 
 /// Proposes the lever arm that explains the refusal.
@@ -50,7 +56,7 @@ void add_lever_arm(TextLine& line, const std::array<double, 3>& lever_b_m) {
   line.add(forward_m, 2).add(", ").add(left_m, 2).add(", ").add(up_m, 2).add("] in [pose] of the flight file");
 }
 
-void add_refusal(TextLine& line, const safety::Observation& observed) {
+TextLine& add_refusal(TextLine& line, const safety::Observation& observed) {
   const est::ConsistencyStatus& seen = observed.consistency;
   const auto check = static_cast<est::ConsistencyCheck>(seen.contradicted_by);
   const bool of_attitude = check == est::ConsistencyCheck::kRates || check == est::ConsistencyCheck::kAnswer;
@@ -71,48 +77,34 @@ void add_refusal(TextLine& line, const safety::Observation& observed) {
   if (!causes.list().empty() && causes.list().front() == RefusalCause::kLeverArm) {
     add_lever_arm(line, seen.lever_b_m);
   }
-  add_causes(line, causes);
+  return add_causes(line, causes);
 }
 
-void add_lost_estimate(TextLine& line, const safety::Observation& seen) {
+TextLine& add_lost_estimate(TextLine& line, const safety::Observation& seen) {
   line.add("no estimate of the flight: newest pose ").add(core::seconds<double>(seen.estimate.pose_age), 2);
   line.add(" s old, telemetry ").add(core::seconds<double>(seen.link.telemetry_age), 2).add(" s");
-  add_causes(line, RefusalCauses(FailsafeReason::kEstimateLost, seen));
+  return add_causes(line, RefusalCauses(FailsafeReason::kEstimateLost, seen));
 }
 
 std::string_view failure_text(safety::FlightFailure failure) {
-  switch (failure) {
-    case safety::FlightFailure::kTilt:
-      return "the aircraft is tilted by more than 45 degrees";
-    case safety::FlightFailure::kTumbling:
-      return "the aircraft tumbles: more than one revolution per second";
-    case safety::FlightFailure::kFreeFall:
-      return "the aircraft falls: no thrust for 0.3 s";
-    case safety::FlightFailure::kCrash:
-      return "crash: a tilt far from the commanded one for 2 s, or a shock and then no motion";
-    case safety::FlightFailure::kNone:
-      break;
-  }
-  return "no failure";
+  constexpr std::array<std::string_view, 5> kTexts{
+      // in the order of FlightFailure
+      "no failure",
+      "the aircraft is tilted by more than 45 degrees",
+      "the aircraft tumbles: more than one revolution per second",
+      "the aircraft falls: no thrust for 0.3 s",
+      "crash: a tilt far from the commanded one for 2 s, or a shock and then no motion",
+  };
+  return kTexts[static_cast<std::size_t>(failure)];
 }
 
-void add_loss_of_flight(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
-  if (reason == FailsafeReason::kFlightFailure) {
-    line.add(failure_text(seen.flight.failure));
-    return;
-  }
-  line.add("the autopilot's flight status says \"on the ground\" for ");
-  line.add(core::seconds<double>(seen.flight.on_ground_for), 1).add(" s");
-}
-
-void add_fence(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
+TextLine& add_fence(TextLine& line, FailsafeReason reason, const safety::Observation& seen) {
   if (reason == FailsafeReason::kFenceLeft) {
-    line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
-    return;
+    return line.add("the aircraft is ").add(seen.fence.outside_m, 2).add(" m outside its fence");
   }
   const int digits = digits_of(seen.estimate.error_m, seen.fence.reserve_m, 2);
   line.add("without a pose the position error may be ").add(seen.estimate.error_m, digits);
-  line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, digits).add(" m");
+  return line.add(" m, and the fence leaves ").add(seen.fence.reserve_m, digits).add(" m");
 }
 
 /// The oscillation in degrees peak to peak, as an onlooker sees it.
@@ -125,27 +117,26 @@ TextLine& add_limit_cycle(TextLine& line, const safety::Observation& seen) {
 
 }  // namespace
 
-void describe(TextLine& line, const link::AuthorityView& authority) {
+TextLine describe(const link::AuthorityView& authority) {
   const bool answered = authority.reason == safety::AuthorityReason::kAnswer;
   const std::string_view remedy = answered ? authority.answer.remedy : safety::remedy(authority.reason);
+  TextLine line;
   line.add(safety::name(authority.stage)).add(" (").add(safety::name(authority.reason)).add(")");
   if (answered) {
     line.add(": ").add(authority.answer.name);
   }
-  if (!remedy.empty()) {
-    line.add("; ").add(remedy);
-  }
+  return line.add(remedy.empty() ? "" : "; ").add(remedy);
 }
 
 // Deviation: one sentence for each reason.
-void describe(TextLine& line, FailsafeReason cause, const safety::Observation& seen, const safety::Limits& limits) {
+TextLine describe(FailsafeReason cause, const safety::Observation& seen, const safety::Limits& limits) {
+  TextLine line;
   if (poses_are_refused(cause, seen)) {
     return add_refusal(line, seen);
   }
   switch (cause) {
     case FailsafeReason::kVibration:
-      describe_vibration(line, seen.consistency.vibration).add("; ").add(kVibrationRemedy);
-      return;
+      return describe_vibration(seen.consistency.vibration).add("; ").add(kVibrationRemedy);
     case FailsafeReason::kPoseOld:
       return add_age(line, "pose old", seen.estimate.pose_age, fresh_limit(limits, seen.pose_latency));
     case FailsafeReason::kTelemetryOld:
@@ -155,11 +146,9 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
     case FailsafeReason::kEstimateLost:
       return add_lost_estimate(line, seen);
     case FailsafeReason::kControlGone:
-      line.add(seen.link.in_control ? "the mode switch left F" : "control is not ours any more");
-      return;
+      return line.add(seen.link.in_control ? "the mode switch left F" : "control is not ours any more");
     case FailsafeReason::kCommandInvalid:
-      line.add("the law's command was not finite or far out of range");
-      return;
+      return line.add("the law's command was not finite or far out of range");
     case FailsafeReason::kCoastOver:
       return add_age(line, "no fresh pose while coasting; newest", seen.estimate.pose_age,
                      fresh_limit(limits, seen.pose_latency));
@@ -168,37 +157,35 @@ void describe(TextLine& line, FailsafeReason cause, const safety::Observation& s
       return add_fence(line, cause, seen);
     case FailsafeReason::kAuthorityExceeded:
       line.add("the wind pushes with ").add(seen.wind.disturbance_acceleration_m_s2, 1).add(" m/s^2; the place has ");
-      line.add("not been held for ").add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
-      return;
+      return line.add("not been held for ").add(core::seconds<double>(seen.wind.exceeded_for), 1).add(" s");
     case FailsafeReason::kLimitCycle:
-      add_limit_cycle(line, seen).add(", under the fallback law too: the law alone is not the cause");
-      return;
+      return add_limit_cycle(line, seen).add(", under the fallback law too: the law alone is not the cause");
     case FailsafeReason::kOnGround:
+      line.add("the autopilot's flight status says \"on the ground\" for ");
+      return line.add(core::seconds<double>(seen.flight.on_ground_for), 1).add(" s");
     case FailsafeReason::kFlightFailure:
-      return add_loss_of_flight(line, cause, seen);
+      return line.add(failure_text(seen.flight.failure));
     case FailsafeReason::kTask:
-      line.add("the autopilot flies a task of its own, on the operator's command");
-      return;
+      return line.add("the autopilot flies a task of its own, on the operator's command");
     case FailsafeReason::kGivenBack:
     case FailsafeReason::kEngaged:
-      line.add("on the operator's command")
+      return line.add("on the operator's command")
           .add(cause == FailsafeReason::kGivenBack ? ", or because --hold is over" : "");
-      return;
     case FailsafeReason::kLevelOver:
     case FailsafeReason::kNeutralOver:
-      line.add(cause == FailsafeReason::kLevelOver
-                   ? "the cause has not cleared in the time allowed"
-                   : "the time with neutral sticks is over; the transmitter gets control");
-      return;
+      return line.add(cause == FailsafeReason::kLevelOver
+                          ? "the cause has not cleared in the time allowed"
+                          : "the time with neutral sticks is over; the transmitter gets control");
     case FailsafeReason::kPoseRefused:
     case FailsafeReason::kRecovered:
     case FailsafeReason::kNone:
-      line.add(cause == FailsafeReason::kNone ? "nothing stands in the way" : "poses are good again");
-      return;
+      return line.add(cause == FailsafeReason::kNone ? "nothing stands in the way" : "poses are good again");
   }
+  return line;
 }
 
-TextLine& describe_vibration(TextLine& line, const est::VibrationStatus& vibration) {
+TextLine describe_vibration(const est::VibrationStatus& vibration) {
+  TextLine line;
   line.add("vibration of the specific force above 15 Hz: ")
       .add_significant(vibration.rms_m_s2)
       .add(" m/s^2 rms on an axis, peak ");
@@ -210,64 +197,46 @@ TextLine& describe_vibration(TextLine& line, const est::VibrationStatus& vibrati
   return line.add_significant(3.0 * vibration.velocity_sigma_m_s).add(" m/s from the check of the poses");
 }
 
-void describe_limit_cycle(TextLine& line, const safety::Observation& seen) {
-  line.add("swinging: ");
-  add_limit_cycle(line, seen);
-  line.add(
-      "; the fallback law flies now, slower and less exact. Stop and land; poses or commands may be later than known, "
-      "or "
-      "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
-      "identify; m100-lab gains --tune makes the loop calmer");
+TextLine describe_limit_cycle(const safety::Observation& seen) {
+  TextLine line;
+  return add_limit_cycle(line.add("swinging: "), seen)
+      .add(
+          "; the fallback law flies now, slower and less exact. Stop and land; poses or commands may be later than "
+          "known, "
+          "or "
+          "the aircraft may respond more strongly than its vehicle file says: check with m100 doctor and m100-lab "
+          "identify; m100-lab gains --tune makes the loop calmer");
 }
 
-void describe(TextLine& line, const ctl::Excitation<double>& excitation) {
+TextLine describe(const ctl::Excitation<double>& excitation) {
   using State = ctl::Excitation<double>::State;
-  using Abort = ctl::Excitation<double>::Abort;
   constexpr std::array<std::string_view, ctl::kStickAxes> kSticks{"roll", "pitch", "throttle", "yaw"};
-  const auto piece = [&] {
-    line.add("piece ").add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
-    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
+  constexpr std::string_view kLost = "control is lost, or the failsafe left its top state";
+  constexpr std::array<std::string_view, 7> kAborts{
+      // in the order of Abort
+      kLost,
+      kLost,
+      "the aircraft would stop beyond the fence",
+      "the aircraft would stop beyond the excitation's own distance",
+      "the tilt is beyond its limit",
+      "the speed is beyond its limit",
+      "the law could not bring the aircraft to rest at its place",
   };
-  switch (excitation.state()) {
-    case State::kIdle:
-    case State::kReturning:
-      return;
-    case State::kMoving:
-      line.add("excitation: ");
-      piece();
-      return;
-    case State::kOver:
-      line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
-      return;
-    case State::kAborted:
-      break;
+  const State state = excitation.state();
+  TextLine line;
+  if (state == State::kOver) {
+    line.add("excitation: all ").add(static_cast<double>(excitation.piece()), 0).add(" pieces are flown");
+  } else if (state == State::kMoving || state == State::kAborted) {
+    line.add(state == State::kMoving ? "excitation: piece " : "excitation aborted at piece ");
+    line.add(static_cast<double>(excitation.piece() + 1), 0).add(" on ");
+    line.add(kSticks[static_cast<std::size_t>(excitation.axis())]);
   }
-  line.add("excitation aborted at ");
-  piece();
-  line.add(": ");
-  switch (excitation.abort()) {
-    case Abort::kFence:
-      line.add("the aircraft would stop beyond the fence");
-      break;
-    case Abort::kDistance:
-      line.add("the aircraft would stop beyond the excitation's own distance");
-      break;
-    case Abort::kTilt:
-      line.add("the tilt is beyond its limit");
-      break;
-    case Abort::kSpeed:
-      line.add("the speed is beyond its limit");
-      break;
-    case Abort::kNotAtRest:
-      line.add("the law could not bring the aircraft to rest at its place");
-      break;
-    case Abort::kFailsafe:
-    case Abort::kNone:
-      line.add("control is lost, or the failsafe left its top state");
-      break;
+  if (state == State::kAborted) {
+    line.add(": ").add(kAborts[static_cast<std::size_t>(excitation.abort())]);
+    line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
+    line.add(" m/s. The law has all sticks");
   }
-  line.add("; ").add(excitation.distance(), 2).add(" m from its place at ").add(excitation.speed(), 2);
-  line.add(" m/s. The law has all sticks");
+  return line;
 }
 
 }  // namespace m100::companion

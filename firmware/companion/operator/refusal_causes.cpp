@@ -89,7 +89,7 @@ RefusalCauses::RefusalCauses(safety::FailsafeReason reason, const safety::Observ
   }
 }
 
-void add_causes(TextLine& line, const RefusalCauses& causes) {
+TextLine& add_causes(TextLine& line, const RefusalCauses& causes) {
   std::string_view before = "; likeliest: ";
   for (const RefusalCause cause : causes.list()) {
     if (cause == RefusalCause::kLeverArm) {
@@ -102,6 +102,7 @@ void add_causes(TextLine& line, const RefusalCauses& causes) {
     }
     before = ", or ";
   }
+  return line;
 }
 
 }  // namespace m100::companion

@@ -47,6 +47,6 @@ inline constexpr double kHeadingGate_rad = 0.35;
 
 /// "; likeliest: the heading of the poses (look at ...)": the first cause with its remedy, then the others. The lever
 /// arm has a sentence of its own.
-void add_causes(TextLine& line, const RefusalCauses& causes);
+TextLine& add_causes(TextLine& line, const RefusalCauses& causes);
 
 }  // namespace m100::companion

@@ -21,6 +21,7 @@ class TextLine {
     used_ += fits;
     return *this;
   }
+  TextLine& add(const TextLine& other) { return add(other.text()); }
   /// Adds a number in fixed-point notation. @param digits after the point.
   TextLine& add(double value, int digits) {
     std::array<char, 48> number{};

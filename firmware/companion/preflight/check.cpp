@@ -8,32 +8,20 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/course/course.h"
-#include "firmware/companion/files/course/course_words.h"
-#include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/json.h"
 #include "firmware/companion/fly/flight_files.h"
 #include "firmware/companion/fly/flight_model.h"
+#include "firmware/companion/fly/fly.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/model_findings.h"
 
 namespace m100::companion {
 namespace {
 
-struct CheckOptions {
-  std::string vehicle;
-  std::string gains;
-  std::string flight;
-  std::string course;
-  std::string json;
-};
-
 /// Reads and checks flight file and course as `fly` does, as far as that is possible without a start. @returns the mode
 /// that would fly.
-Mode check_orders(const CheckOptions& options, std::vector<ConsistencyFinding>& out) {
-  FlyOptions files;
-  files.flight = options.flight;
-  files.course = options.course;
-  const FlightFiles orders(files);
+Mode check_orders(const FlyOptions& options, std::vector<ConsistencyFinding>& out) {
+  const FlightFiles orders(options);
   const Range start_z_m = check_offsets(orders);
   if (orders.flight) {
     out.push_back({"", true, "the flight file has a fence around the start, and every key is in its range"});
@@ -52,16 +40,6 @@ Mode check_orders(const CheckOptions& options, std::vector<ConsistencyFinding>& 
   return orders.mode;
 }
 
-void check_files(const CheckOptions& options) {
-  FileUse()
-      .reads("--vehicle", options.vehicle)
-      .reads("--gains", options.gains)
-      .reads("--flight", options.flight)
-      .reads("--course", options.course)
-      .writes("--json", options.json)
-      .check();
-}
-
 Json to_json(const std::vector<ConsistencyFinding>& all, Mode mode, bool agrees) {
   Json list = Json::array();
   for (const ConsistencyFinding& finding : all) {
@@ -70,7 +48,7 @@ Json to_json(const std::vector<ConsistencyFinding>& all, Mode mode, bool agrees)
   return {{"agrees", agrees}, {"mode", name(mode)}, {"findings", std::move(list)}};
 }
 
-void run(const CheckOptions& options) {
+void run_check(const FlyOptions& options) {
   check_files(options);
   // This constructor refuses any changed bit, and tables of another vehicle.
   const FlightModel field(options.vehicle, options.gains, Mode::kField);
@@ -97,8 +75,8 @@ void run(const CheckOptions& options) {
 }  // namespace
 
 void add_check(CommandLine& m100) {
-  const auto [app, options] = m100.add_subcommand<CheckOptions>(
-      "check", "check whether vehicle file, gain table, flight file, course and limits agree", run);
+  const auto [app, options] = m100.add_subcommand<FlyOptions>(
+      "check", "check whether vehicle file, gain table, flight file, course and limits agree", run_check);
   app.add_option("--vehicle", options->vehicle, "vehicle file (TOML)").required();
   app.add_option("--gains", options->gains, "gain table file made from it by m100-lab gains --table").required();
   app.add_option("--flight", options->flight, "flight file (TOML), as fly takes it");

@@ -16,11 +16,9 @@
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/operator/link_report.h"
 #include "firmware/companion/preflight/board_checks.h"
-#include "firmware/companion/preflight/check_frames.h"
 #include "firmware/companion/preflight/check_result.h"
 #include "firmware/companion/preflight/pose_checks.h"
 #include "firmware/companion/preflight/probe/line_check.h"
-#include "firmware/companion/preflight/probe/vibration_check.h"
 #include "firmware/companion/preflight/serial_ports.h"
 #include "firmware/companion/preflight/wake_up_check.h"
 #include "hal/linux/udp_port.h"
@@ -37,22 +35,14 @@ struct DoctorOptions {
   preflight::PosePlan pose;
   double load_s = 5.0;
   bool frames = false;
-  preflight::CheckFramesOptions by_hand;
+  double hold_s = 30.0;
 };
 
 using preflight::CheckResult;
 using preflight::Health;
 
 const char* word(Health health) {
-  switch (health) {
-    case Health::kGood:
-      return "good";
-    case Health::kDoubtful:
-      return "doubtful";
-    case Health::kBad:
-      break;
-  }
-  return "bad";
+  return health == Health::kGood ? "good" : health == Health::kDoubtful ? "doubtful" : "bad";
 }
 
 /// Measures under load, unless another program holds a port: it may be flying.
@@ -105,9 +95,7 @@ std::vector<CheckResult> examine(const DoctorOptions& options, std::optional<Por
   if (!hal::is_udp(options.pose.source.port)) {
     checks.push_back(preflight::check_pose_line(options.pose));
   }
-  preflight::PosePlan pose = options.pose;
-  pose.autopilot_port = options.port;
-  const std::vector<CheckResult> poses = preflight::check_pose_port(pose);
+  const std::vector<CheckResult> poses = preflight::check_pose_port(options.pose, options.port);
   checks.insert(checks.end(), poses.begin(), poses.end());
   return checks;
 }
@@ -121,28 +109,14 @@ Json to_json(const std::vector<CheckResult>& checks) {
   return {{"checks", all}};
 }
 
-preflight::CheckFramesOptions by_hand_of(const DoctorOptions& options) {
-  preflight::CheckFramesOptions by_hand = options.by_hand;
-  by_hand.port = options.port;
-  by_hand.baud = options.baud != 0 ? options.baud : by_hand.baud;
-  by_hand.pose = options.pose.source;
-  return by_hand;
-}
-
-void check_numbers(const DoctorOptions& options) {
-  for (const auto& [name, value] : {std::pair{"--pose-rate", options.pose.rate_hz},
-                                    {"--load", options.load_s},
-                                    {"--seconds", options.listen_s},
-                                    {"--hold", options.by_hand.hold_s}}) {
-    if (std::isnan(value)) {  // CLI11's range check accepts it
-      throw UsageError(std::string(name) + ": is not a number");
-    }
-  }
+std::vector<CheckResult> check_by_hand(const DoctorOptions& options) {
+  constexpr std::uint32_t kUsualBaud = 230400;
+  return preflight::check_frames(options.port, options.baud != 0 ? options.baud : kUsualBaud, options.pose.source,
+                                 options.hold_s);
 }
 
 void run_probe(const DoctorOptions& options) {
   FileUse().holds("--port", options.port).writes("--json", options.json).check();
-  check_numbers(options);
   const std::vector<std::string> ports = ports_of(options);
   if (ports.empty()) {
     throw UsageError("no serial port on this machine: name one with --port");
@@ -168,15 +142,13 @@ void run_probe(const DoctorOptions& options) {
 }
 
 void run(const DoctorOptions& options) {
-  check_numbers(options);
   FileUse()
       .holds("--port", options.port)
       .holds("--mavlink-key", options.pose.source.key_file)  // whether it can be read is one of the answers
       .writes("--json", options.json)
       .check();
   std::optional<PortVerdict> line;
-  const std::vector<CheckResult> checks =
-      options.frames ? preflight::check_frames(by_hand_of(options)) : examine(options, line);
+  const std::vector<CheckResult> checks = options.frames ? check_by_hand(options) : examine(options, line);
   bool bad = false;
   for (const CheckResult& check : checks) {
     std::cout << word(check.health) << ": " << printable(check.name) << ": " << printable(check.finding) << "\n";
@@ -241,7 +213,7 @@ void add_doctor(CommandLine& m100) {
       "attitude and specific force; needs --port and --pose-port, and listens at 230400 baud without --baud. Example: "
       "m100 doctor --frames --port /dev/ttyUSB0 "
       "--pose-port udp:14560 --mavlink-key mavlink.key");
-  app.add_option("--hold", options->by_hand.hold_s, "with --frames: seconds to move the aircraft")
+  app.add_option("--hold", options->hold_s, "with --frames: seconds to move the aircraft")
       .in_range(1.0, 600.0)
       .needs("--frames");
 }

@@ -13,6 +13,7 @@
 #include "firmware/companion/fly/monitor/release_monitor.h"
 #include "firmware/companion/operator/line_writer.h"
 #include "firmware/companion/operator/link_report.h"
+#include "firmware/companion/operator/operator_messages.h"
 #include "firmware/companion/operator/terminal.h"
 #include "firmware/companion/preflight/first_contact.h"
 
@@ -153,7 +154,7 @@ class Session final : public OperatorLog {
       return;
     }
     changes_.push_back({now, authority.stage, authority.reason});
-    write(now, describe(authority));
+    write(now, describe(authority).text());
   }
 
   const FlyOptions& options_;

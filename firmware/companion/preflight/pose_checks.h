@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,6 @@ namespace m100::companion::preflight {
 /// Where poses will come from, as the operator gives it.
 struct PosePlan {
   PoseOptions source;  ///< no port: none is checked
-  std::string autopilot_port;
   std::string message{mavlink::kPoseWires.front().name};
   double rate_hz = 100.0;
 };
@@ -25,6 +25,12 @@ std::vector<std::string> pose_messages();
 CheckResult check_pose_line(const PosePlan& line);
 
 /// Checks the port, its key, and the poses that arrive within two seconds. No results if no port is named.
-std::vector<CheckResult> check_pose_port(const PosePlan& line);
+/// @param autopilot name of its port; may be empty.
+std::vector<CheckResult> check_pose_port(const PosePlan& line, const std::string& autopilot);
+
+/// Listens to both ports while the operator moves the aircraft by hand; sends nothing to the autopilot, and judges with
+/// AxisAlignment. Errors: UsageError.
+std::vector<CheckResult> check_frames(const std::string& autopilot, std::uint32_t baud, const PoseOptions& pose,
+                                      double hold_s);
 
 }  // namespace m100::companion::preflight

@@ -65,20 +65,20 @@ std::vector<std::string> serial_ports() {
   return ports;
 }
 
-std::vector<PortHolder> port_holders(const std::string& port) {
+std::string holders_note(const std::string& port) {
   std::error_code error;
   const fs::path device = fs::canonical(port, error);
-  std::vector<PortHolder> holders;
+  std::string note;
   if (error) {
-    return holders;
+    return note;
   }
   for (const fs::path& process : listing("/proc")) {
     const std::string number = process.filename().string();
     if (number.find_first_not_of("0123456789") != std::string::npos) {
       continue;
     }
-    const int pid = std::stoi(number);
-    const std::vector<fs::path> files = pid == getpid() ? std::vector<fs::path>{} : listing(process / "fd");
+    const bool is_own = std::stoi(number) == getpid();
+    const std::vector<fs::path> files = is_own ? std::vector<fs::path>{} : listing(process / "fd");
     const bool holds = std::any_of(files.begin(), files.end(), [&](const fs::path& file) {
       std::error_code gone;
       return fs::read_symlink(file, gone) == device;
@@ -86,10 +86,10 @@ std::vector<PortHolder> port_holders(const std::string& port) {
     if (holds && parent_of(process) != getpid()) {  // the backup process of this program holds the port, too
       std::string name;
       std::ifstream(process / "comm") >> name;
-      holders.push_back({.pid = pid, .name = name});
+      note += (note.empty() ? " (also open in " : ", ") + name + ", process " + number;
     }
   }
-  return holders;
+  return note.empty() ? "" : note + "; if it reads, it takes bytes away)";
 }
 
 std::string missing_port_remedy(const std::string& port) {
@@ -97,14 +97,6 @@ std::string missing_port_remedy(const std::string& port) {
   return port.starts_with(kSimulated)
              ? "start m100-lab autopilot --sim " + port.substr(kSimulated.size()) + " first; it serves one command"
              : "plug the adapter in; dmesg shows under which name it appears";
-}
-
-std::string holders_note(const std::string& port) {
-  std::string note;
-  for (const PortHolder& holder : port_holders(port)) {
-    note += (note.empty() ? " (also open in " : ", ") + holder.name + ", process " + std::to_string(holder.pid);
-  }
-  return note.empty() ? "" : note + "; if it reads, it takes bytes away)";
 }
 
 }  // namespace m100::companion

@@ -10,16 +10,11 @@ namespace m100::companion {
 /// then the board's own.
 std::vector<std::string> serial_ports();
 
-/// A process that has opened a port, other than this program and its backup process, found in /proc. Without root only
-/// the processes of the same user are found.
-struct PortHolder {
-  int pid = 0;
-  std::string name;
-};
-std::vector<PortHolder> port_holders(const std::string& port);
 /// What to do about a port that does not exist.
 std::string missing_port_remedy(const std::string& port);
-/// " (also open in cat, process 1234; if it reads, it takes bytes away)"; empty: no other process holds it.
+/// " (also open in cat, process 1234; if it reads, it takes bytes away)": the processes that have opened a port, other
+/// than this program and its backup process, found in /proc. Without root only those of the same user are found. Empty:
+/// there is none.
 std::string holders_note(const std::string& port);
 
 }  // namespace m100::companion

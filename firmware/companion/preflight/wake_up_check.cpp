@@ -8,12 +8,13 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cstdio>
 #include <optional>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
+#include "hal/linux/descriptor.h"
 #include "hal/linux/monotonic_clock.h"
 #include "hal/linux/serial_port.h"
 
@@ -25,75 +26,56 @@ constexpr int kPriority = 50;  ///< of SCHED_FIFO, as in a flight
 /// Threads of normal priority that keep processors and disk busy while it lives.
 class Load {
  public:
-  explicit Load(const std::string& folder) : file_(folder + "/m100-doctor-XXXXXX") {
+  explicit Load(const std::string& folder) : file_(folder + "/m100-doctor-XXXXXX"), descriptor_(mkstemp(file_.data())) {
     const unsigned loops = std::max(2U, std::thread::hardware_concurrency());
     for (unsigned i = 0; i < loops; ++i) {
-      threads_.emplace_back([this] {
-        while (runs_) {
+      threads_.emplace_back([](const std::stop_token& ends) {
+        while (!ends.stop_requested()) {
         }
       });
     }
-    descriptor_ = mkstemp(file_.data());
-    if (descriptor_ >= 0) {
+    if (descriptor_.number >= 0) {
       (void)unlink(file_.c_str());
-      threads_.emplace_back([this] { write_to_disk(); });
-    }
-  }
-  ~Load() {
-    runs_ = false;
-    for (std::thread& thread : threads_) {
-      thread.join();
-    }
-    if (descriptor_ >= 0) {
-      (void)close(descriptor_);
+      threads_.emplace_back([this](const std::stop_token& ends) { write_to_disk(ends); });
     }
   }
   Load(const Load&) = delete;
   Load& operator=(const Load&) = delete;
 
  private:
-  void write_to_disk() {
+  void write_to_disk(const std::stop_token& ends) const {
     const std::vector<char> block(std::size_t{1} << 20U, 'x');
-    while (runs_) {
-      (void)!pwrite(descriptor_, block.data(), block.size(), 0);
-      (void)fsync(descriptor_);
+    while (!ends.stop_requested()) {
+      (void)!pwrite(descriptor_.number, block.data(), block.size(), 0);
+      (void)fsync(descriptor_.number);
     }
   }
 
   std::string file_;
-  int descriptor_ = -1;
-  std::atomic<bool> runs_{true};
-  std::vector<std::thread> threads_;
+  hal::Descriptor descriptor_;
+  std::vector<std::jthread> threads_;  ///< last: they end first
 };
 
 /// A pseudo-terminal to read from, with a package of telemetry in each tick.
 class Line {
  public:
   Line() : far_(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
-    if (far_ >= 0 && grantpt(far_) == 0 && unlockpt(far_) == 0) {
-      port_.emplace(ptsname(far_), 230400);
+    if (far_.number >= 0 && grantpt(far_.number) == 0 && unlockpt(far_.number) == 0) {
+      port_.emplace(ptsname(far_.number), 230400);
     }
   }
-  ~Line() {
-    port_.reset();
-    if (far_ >= 0) {
-      (void)close(far_);
-    }
-  }
-  Line(const Line&) = delete;
-  Line& operator=(const Line&) = delete;
 
   void tick() {
     std::array<std::byte, 256> bytes{};
     if (port_) {
       (void)port_->read(bytes);
-      (void)!::write(far_, bytes.data(), kPackageBytes);
+      (void)!::write(far_.number, bytes.data(), kPackageBytes);
     }
   }
 
  private:
   static constexpr std::size_t kPackageBytes = 142;
-  int far_;
+  hal::Descriptor far_;
   std::optional<hal::SerialPort> port_;
 };
 

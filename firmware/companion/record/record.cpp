@@ -26,20 +26,10 @@ namespace {
 constexpr core::Duration kVisit = std::chrono::milliseconds(2);
 constexpr double kGoodRate_hz = 50.0;  ///< of sticks and attitude, for a fit of the attitude loop
 
-struct RecordOptions {
-  std::string port;
-  std::uint32_t baud = 230400;
-  std::string key_file;
-  PoseOptions pose;
-  std::string log;
-  double hold_s = 0.0;
-  std::string json;
-};
-
 /// Both ports, the log and the recorder.
 class Session {
  public:
-  explicit Session(const RecordOptions& options) : options_(options), port_(options.port, options.baud) {
+  explicit Session(const FlyOptions& options) : options_(options), port_(options.port, options.baud) {
     open_or_explain(port_);
     if (!options.pose.port.empty()) {
       pose_port_.emplace(options.pose, options.port);
@@ -102,7 +92,7 @@ class Session {
     }
   }
 
-  const RecordOptions& options_;
+  const FlyOptions& options_;
   hal::SerialPort port_;
   ReceiveOnlyPort operator_log_{port_};
   std::optional<PosePort> pose_port_;
@@ -123,7 +113,7 @@ constexpr std::array kStreams{Recorder::kRc,    Recorder::kAttitude, Recorder::k
                               Recorder::kForce, Recorder::kPosition, Recorder::kStatus, Recorder::kPose};
 constexpr std::array<const char*, 4> kSticks{"roll", "pitch", "throttle", "yaw"};
 
-Json to_json(const RecordOptions& options, const Session& session, const std::string& trouble) {
+Json to_json(const FlyOptions& options, const Session& session, const std::string& trouble) {
   const Recorder& recorder = session.recorder();
   Json streams, sticks;
   for (const Recorder::Stream stream : kStreams) {
@@ -164,7 +154,7 @@ Json to_json(const RecordOptions& options, const Session& session, const std::st
 }
 
 /// Why the log is useless for identification; empty: it is usable.
-std::string problem_of(const RecordOptions& options, const Session& session) {
+std::string problem_of(const FlyOptions& options, const Session& session) {
   const Recorder& recorder = session.recorder();
   const auto none = [&](Recorder::Stream stream) { return recorder.statistics(stream).samples < 2; };
   if (session.is_cut()) {
@@ -223,16 +213,9 @@ void print(const Session& session) {
   std::cout << std::defaultfloat << std::flush;
 }
 
-void run(const RecordOptions& options) {
-  if (std::isnan(options.hold_s)) {  // CLI11's range check accepts it
-    throw UsageError("--hold: is not a number");
-  }
+void run_record(const FlyOptions& options) {
   check(options.pose, options.port);
-  files_of(options.pose, options.port)
-      .reads("--key-file", options.key_file)
-      .writes("--json", options.json)
-      .creates("--log", options.log)
-      .check();
+  check_files(options);
   watch_signals();
   Session session(options);
   session.run();
@@ -250,8 +233,9 @@ void run(const RecordOptions& options) {
 }  // namespace
 
 void add_record(CommandLine& m100) {
-  const auto [app, options] = m100.add_subcommand<RecordOptions>(
-      "record", "listen only: write telemetry, the pilot's sticks and the pose into a log for m100-lab identify", run);
+  const auto [app, options] = m100.add_subcommand<FlyOptions>(
+      "record", "listen only: write telemetry, the pilot's sticks and the pose into a log for m100-lab identify",
+      run_record);
   app.add_option("--port", options->port, "serial port of the autopilot").required();
   app.add_option("--baud", options->baud, "baud rate, as set in DJI's assistant")
       .one_of({115200, 230400, 460800, 921600});
@@ -261,6 +245,7 @@ void add_record(CommandLine& m100) {
          "--log", options->log,
          "log to write (ULog); must not exist. Its column maps, on the PC: /usr/share/m100-lab/maps/m100_recording*")
       .required();
+  options->hold_s = 0.0;
   app.add_option("--hold", options->hold_s, "seconds to record; 0: until Ctrl-C").in_range(0.0, 86400.0);
   app.add_option("--json", options->json, "rates, gaps and stick travel as JSON");
   app.footer("Exit codes: 0 recorded, 1 nothing that identification could use, or the disk is full, 2 wrong use.");

@@ -4,11 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "firmware/app/flight_controller.h"
 #include "firmware/companion/files/course/course.h"
@@ -18,11 +21,45 @@
 #include "firmware/companion/files/vehicle_file.h"
 #include "firmware/companion/ground_station/guided_mode.h"
 #include "firmware/companion/ground_station/return_to_start.h"
-#include "firmware/companion/replay/recorded_uart.h"
 #include "firmware/mpc/table_file.h"
+#include "hal/uart.h"
 
 namespace m100::companion {
 namespace {
+
+/// Gives a tick the bytes that it read in flight, and keeps what it writes.
+class RecordedUart final : public hal::Uart {
+ public:
+  /// @param mute refuses every write, as the port of a dry run does.
+  explicit RecordedUart(bool mute) : mute_(mute) {}
+  void next(const std::vector<std::byte>& input) {
+    input_ = &input;
+    at_ = 0;
+    written_.clear();
+  }
+  core::Expected<std::size_t> read(std::span<std::byte> destination) override {
+    const std::size_t count = input_ == nullptr ? 0 : std::min(destination.size(), input_->size() - at_);
+    for (std::size_t i = 0; i < count; ++i) {
+      destination[i] = (*input_)[at_ + i];
+    }
+    at_ += count;
+    return count;
+  }
+  core::Expected<std::size_t> write(std::span<const std::byte> source) override {
+    if (mute_) {
+      return core::Status::kUnavailable;
+    }
+    written_.insert(written_.end(), source.begin(), source.end());
+    return source.size();
+  }
+  const std::vector<std::byte>& written() const { return written_; }
+
+ private:
+  bool mute_;
+  const std::vector<std::byte>* input_ = nullptr;
+  std::size_t at_ = 0;
+  std::vector<std::byte> written_;
+};
 
 template <typename T>
 ref::Waypoint<T> start_of(const RecordedFlight& flight) {

@@ -10,13 +10,13 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "hal/linux/simulated_port.h"
 #include "host_tests/lab/autopilot/event_file.h"
 #include "host_tests/lab/autopilot/line.h"
 #include "host_tests/lab/autopilot/run.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
-#include "host_tests/lab/key_file.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/autopilot/real_autopilot_file.h"
@@ -65,9 +65,6 @@ void expect_one_line(const Options& options) {
   options.body.check();
   if (!options.board.empty() && !options.body.is_identified()) {
     throw InputError("--body", 0, "", "the image in QEMU flies the identified response only");
-  }
-  if (std::isnan(options.duration_s) || std::isnan(options.loss)) {  // NaN passes every range check
-    throw InputError(std::isnan(options.loss) ? "--loss" : "--duration", 0, "", "is not a number");
   }
 }
 
@@ -134,7 +131,7 @@ void run(const Options& options) {
   const sim::Plant plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
-    cipher.emplace(read_key(options.key_file));
+    cipher.emplace(companion::read_key(options.key_file));
   }
   sim::N1Config config{.baud = options.baud,
                        .seed = options.seed,

@@ -16,15 +16,15 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "firmware/link/pose/pose_fault.h"
+#include "hal/linux/descriptor.h"
 #include "hal/linux/udp_port.h"
-#include "host_tests/lab/bridge/descriptor.h"
 #include "host_tests/lab/bridge/plain_pose.h"
 #include "host_tests/lab/bridge/sender.h"
 #include "host_tests/lab/bridge/vrpn_source.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/key_file.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/mavlink/parser.h"
@@ -33,8 +33,8 @@
 namespace m100::lab {
 namespace {
 
-using bridge::Descriptor;
 using bridge::Sender;
+using hal::Descriptor;
 
 struct BridgeOptions {
   std::string listen = "udp:9763";
@@ -228,7 +228,7 @@ Counts run_bridge(const BridgeOptions& options, const mavlink::Key& key) {
 
 void run(const BridgeOptions& options) {
   companion::FileUse().reads("--mavlink-key", options.key_file).writes("--json", options.json).check();
-  const protocol::CipherKey read = read_key(options.key_file);
+  const protocol::CipherKey read = companion::read_key(options.key_file);
   mavlink::Key key;
   std::transform(read.begin(), read.end(), key.begin(), [](std::uint8_t byte) { return std::byte{byte}; });
   std::signal(SIGINT, on_signal);

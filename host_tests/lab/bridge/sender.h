@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "host_tests/lab/bridge/descriptor.h"
+#include "hal/linux/descriptor.h"
 #include "protocol/mavlink/frame.h"
 #include "protocol/mavlink/signature.h"
 
@@ -30,7 +30,7 @@ class Sender {
 
   mavlink::Key key_;
   sockaddr_in to_;
-  Descriptor socket_;
+  hal::Descriptor socket_;
   mavlink::SignatureTime stamp_ = 0;  ///< of the last frame; always increases
   std::uint8_t number_ = 0;
 };

@@ -41,10 +41,10 @@ std::string own_address(int socket) {
   return inet_ntop(AF_INET, &own.sin_addr, text.data(), text.size()) == nullptr ? "" : text.data();
 }
 
-Descriptor connect(const VrpnName& name) {
+hal::Descriptor connect(const VrpnName& name) {
   const sockaddr_in server = address_of(name);
-  const Descriptor asks(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  const Descriptor waits(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const hal::Descriptor asks(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const hal::Descriptor waits(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in any{};
   any.sin_family = AF_INET;
   socklen_t size = sizeof(any);
@@ -58,7 +58,7 @@ Descriptor connect(const VrpnName& name) {
     (void)!::send(asks.number, request.c_str(), request.size() + 1, 0);  // with its zero
     pollfd came{.fd = waits.number, .events = POLLIN, .revents = 0};
     if (::poll(&came, 1, 1000) > 0) {
-      Descriptor connection(::accept4(waits.number, nullptr, nullptr, SOCK_CLOEXEC));
+      hal::Descriptor connection(::accept4(waits.number, nullptr, nullptr, SOCK_CLOEXEC));
       const std::array<std::byte, kVrpnCookieBytes> cookie = vrpn_cookie();
       if (::send(connection.number, cookie.data(), cookie.size(), MSG_NOSIGNAL) ==
           static_cast<ssize_t>(cookie.size())) {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "host_tests/lab/bridge/descriptor.h"
+#include "hal/linux/descriptor.h"
 #include "host_tests/lab/bridge/vrpn.h"
 
 namespace m100::lab::bridge {
@@ -28,7 +28,7 @@ class VrpnSource {
   bool read(VrpnStream& stream, const VrpnStream::Use& use) const;
 
  private:
-  Descriptor connection_;
+  hal::Descriptor connection_;
 };
 
 }  // namespace m100::lab::bridge

@@ -11,8 +11,7 @@
 #include <vector>
 
 #include "firmware/companion/command_line.h"
-#include "firmware/companion/files/course/course_inside_fence.h"
-#include "firmware/companion/files/course/course_words.h"
+#include "firmware/companion/files/course/course.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/flight_limits.h"
 #include "firmware/core/maths.h"

@@ -144,15 +144,12 @@ bool FolderLock::is_held(const std::string& folder) {
 
 FolderLock::FolderLock(const std::string& folder) : descriptor_(opened_folder(folder)) {
   // Not closed on exec, so that started programs keep the lock.
-  if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    close(descriptor_);
+  if (flock(descriptor_.number, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     throw InputError(
         folder, 0, "",
         "another evening works in this folder, or the last command of a killed evening does; run this again "
         "when it has ended");
   }
 }
-
-FolderLock::~FolderLock() { close(descriptor_); }
 
 }  // namespace m100::lab::evening

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "hal/linux/descriptor.h"
+
 namespace m100::lab::evening {
 
 /// A command as typed into a shell: words that contain special characters are quoted.
@@ -45,12 +47,9 @@ class FolderLock {
   explicit FolderLock(const std::string& folder);
   /// Whether an evening, or the last command of one, works there now. The folder must exist.
   static bool is_held(const std::string& folder);
-  ~FolderLock();
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
 
  private:
-  int descriptor_;
+  hal::Descriptor descriptor_;
 };
 
 }  // namespace m100::lab::evening

@@ -5,12 +5,12 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "host_tests/lab/flight/page.h"
 #include "host_tests/lab/flight/predictions.h"
 #include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/key_file.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/aes256.h"
@@ -61,7 +61,7 @@ void run(const FlightOptions& options) {
   }
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
-    cipher.emplace(read_key(options.key_file));
+    cipher.emplace(companion::read_key(options.key_file));
   }
   std::vector<flight::FlightSeries> flights;
   for (const std::string& log : options.logs) {

@@ -13,12 +13,12 @@
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
+#include "firmware/companion/files/text/key_file.h"
 #include "host_tests/lab/frames/frame_text.h"
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
-#include "host_tests/lab/key_file.h"
 #include "host_tests/lab/subcommands.h"
 #include "protocol/aes256.h"
 #include "protocol/dji/frame_parser.h"
@@ -94,7 +94,7 @@ void decode(const FramesOptions& options) {
   options.check_files();
   std::optional<protocol::Aes256> cipher;
   if (!options.key_file.empty()) {
-    cipher.emplace(read_key(options.key_file));
+    cipher.emplace(companion::read_key(options.key_file));
   }
   Input input(options.file);
   protocol::FrameParser parser;
@@ -112,7 +112,7 @@ void encode(const FramesOptions& options) {
   options.check_files();
   std::optional<protocol::CipherKey> key;
   if (!options.key_file.empty()) {
-    key = read_key(options.key_file);
+    key = companion::read_key(options.key_file);
   }
   Input input(options.file);
   std::string all;

@@ -88,8 +88,8 @@ def messages_table(root):
     rows += [row("steps of the failsafe state machine", name) for name in re.findall(
         r'"(\w+)"', causes[causes.index("kFailsafeReasonNames{"):causes.index("static_assert")])]
     words = source("firmware/companion/operator/operator_messages.cpp")
-    rows += [row("an excitation aborted", spoken(text)) for text in re.findall(
-        r"case Abort::k\w+:\s*line\.add\(" + TEXT + r"\)", words)]
+    aborts = re.search(r"kLost = " + TEXT + r";.*?kAborts\{(.*?)\};", words, re.DOTALL)
+    rows += [row("an excitation aborted", spoken(text)) for text in [*re.findall(TEXT + ",", aborts[2]), aborts[1]]]
     result = source("host_tests/lab/identify/output/result.h")
     findings = re.search(r"/// (\w+(?:, \w+)+), note\.", result)[1].split(", ")
     verdicts = re.findall(r'"(\w+)"', re.search(r"string verdict;.*", result)[0])

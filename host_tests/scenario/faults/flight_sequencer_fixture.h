@@ -52,7 +52,7 @@ class FlightSequencerTest : public ::testing::TestWithParam<link::Channel> {
   std::optional<FaultBench> bench_;
   MessageRecorder heard_;
   std::optional<companion::FlightSequencer> sequencer_;
-  companion::SequencerInput input_;
+  companion::OperatorInput input_;
   bool ended_ = false;
 };
 

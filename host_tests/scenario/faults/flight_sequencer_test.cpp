@@ -333,9 +333,7 @@ TEST_P(FlightSequencerTest, ATaskWithoutControlIsNotAskedForAndFails) {
   EXPECT_EQ(task.failure(), companion::AutopilotTask::Failure::kNotSent);
   EXPECT_LE(bench_->world().now() - from, seconds(5));
   EXPECT_FALSE(bench_->world().autopilot().client_in_control());
-  companion::TextLine line;
-  describe(line, task);
-  EXPECT_EQ(line.text(), "landing: the request could not be sent");
+  EXPECT_EQ(describe(task).text(), "landing: the request could not be sent");
 }
 
 TEST_P(FlightSequencerTest, ARefusalIsSaidAndTheWordIsTakenAgain) {

@@ -46,10 +46,9 @@ class GroundStationTest : public ::testing::Test {
   void tick() {
     bench_.tick();
     const core::TimePoint now = bench_.world().now();
-    const companion::OperatorInput input =
-        commands_.tick(now, bench_.controller(), companion::sequencer_status(sequencer_, now));
-    (void)sequencer_.tick(
-        now, {.toggle_control = input.toggle_control, .land = input.land, .goal_led = commands_.has_goal()});
+    companion::OperatorInput input = commands_.tick(now, bench_.controller(), sequencer_.status(now));
+    input.goal_led = commands_.has_goal();
+    (void)sequencer_.tick(now, input);
   }
   void pass(core::Duration time) {
     for (const core::TimePoint end = bench_.world().now() + time; bench_.world().now() < end;) {
@@ -77,7 +76,7 @@ class GroundStationTest : public ::testing::Test {
   }
   bool release() {
     order(companion::kGuidedEnable, 0.F);
-    return until([&] { return sequencer_.waits(); }, seconds(3));
+    return until([&] { return sequencer_.status(bench_.world().now()).waits; }, seconds(3));
   }
   const core::Vector<double, 3>& at() { return bench_.world().vehicle().state().position_w_m; }
   double off_m() {
@@ -120,11 +119,11 @@ TEST_F(GroundStationTest, AnOrderToFlyWhileControlGoesBackIsRefused) {
   ASSERT_TRUE(get_ready_and_engage()) << heard_.all();
   order(companion::kGuidedEnable, 0.F);
   pass(milliseconds(50));
-  ASSERT_TRUE(sequencer_.is_releasing());
+  ASSERT_TRUE(sequencer_.status(bench_.world().now()).is_releasing);
   order(companion::kGuidedEnable, 1.F);
   pass(milliseconds(50));
   EXPECT_TRUE(heard_.has("engage, refused: control is being given back")) << heard_.all();
-  EXPECT_TRUE(until([&] { return sequencer_.waits(); }, seconds(3)));
+  EXPECT_TRUE(until([&] { return sequencer_.status(bench_.world().now()).waits; }, seconds(3)));
 }
 
 // Catches an order to hold that is answered but not flown.

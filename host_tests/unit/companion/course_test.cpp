@@ -9,7 +9,6 @@
 #include <string>
 
 #include "firmware/companion/files/course/course_validation.h"
-#include "firmware/companion/files/course/course_words.h"
 
 namespace m100::companion {
 namespace {

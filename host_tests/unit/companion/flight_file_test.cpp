@@ -8,7 +8,6 @@
 #include <memory>
 #include <sstream>
 
-#include "firmware/companion/files/course/course_inside_fence.h"
 #include "firmware/core/maths.h"
 
 namespace m100::companion {

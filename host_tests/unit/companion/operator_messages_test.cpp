@@ -35,9 +35,7 @@ Observation ready() {
 }
 
 std::string said(FailsafeReason cause, const Observation& seen) {
-  TextLine line;
-  describe(line, cause, seen, kLimits);
-  return std::string(line.text());
+  return std::string(describe(cause, seen, kLimits).text());
 }
 
 // Each quantity at its limit and one step beyond it.

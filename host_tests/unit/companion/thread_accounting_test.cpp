@@ -52,9 +52,7 @@ TEST(ThreadAccounting, CountsTheTimeWithoutAProcessorSinceTheLastCall) {
 }
 
 TEST(ThreadAccounting, TheWordsGiveEveryNumberItsName) {
-  TextLine line;
-  describe(line, 720ms, {.without_processor = 610ms, .disk_faults = 3});
-  EXPECT_EQ(line.text(),
+  EXPECT_EQ(describe(720ms, {.without_processor = 610ms, .disk_faults = 3}).text(),
             "this program stood still for 0.720 s: ready to run but without a processor for 0.610 s, page faults from "
             "the disk: 3");
 }

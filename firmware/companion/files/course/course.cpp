@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "firmware/companion/files/course/course_line.h"
-#include "firmware/companion/files/course/course_table.h"
 #include "firmware/companion/files/text/suggestion.h"
 #include "firmware/core/frames.h"
 #include "firmware/core/maths.h"
@@ -254,6 +253,17 @@ class CourseBuilder {
 };
 
 }  // namespace
+
+std::string course_help() {
+  std::string help =
+      "A course file has one piece per line; places are offsets from the start [m, rad], along the axes of the "
+      "world:\n";
+  for (const CourseWord& word : kCourseWords) {
+    help += "  " + std::string(word.word) + (word.arguments.empty() ? "" : " ") + std::string(word.arguments) +
+            "\n      " + std::string(word.sentence) + "\n";
+  }
+  return help;
+}
 
 template <typename T>
 std::vector<CoursePiece> parse_course(std::string_view text, const ref::Waypoint<T>& start, ref::Trajectory<T>& course,

@@ -42,6 +42,9 @@ inline constexpr std::array kCourseWords{
                "the head of a table: one place and its time per line, flown through with minimum snap; ends at the "
                "next word"}};
 
+/// kCourseWords as text, for --help.
+std::string course_help();
+
 inline constexpr double kNoLimit = std::numeric_limits<double>::infinity();
 inline constexpr ref::SpeedLimits kNoLimits{
     .speed_m_s = kNoLimit, .acceleration_m_s2 = kNoLimit, .yaw_rate_rad_s = kNoLimit, .tilt_rad = kNoLimit};

@@ -6,6 +6,9 @@ namespace {
 
 constexpr std::string_view kPilotAction = "PILOT: turn the mode switch to P and back to F";
 
+constexpr std::string_view kPortAway =
+    "the port is gone; control is not ours. It is opened again as soon as it is back";
+
 /// Who has control, by telemetry that shows that it is not ours.
 std::string_view whose(const protocol::Telemetry& telemetry) {
   if (telemetry.control.device() == protocol::ControlDevice::kMobileApp) {
@@ -58,38 +61,33 @@ void ReleaseMonitor::report_holder(core::TimePoint now, const link::SerialLink& 
                                : whose(telemetry));
 }
 
-ReleaseMonitor::ReleaseProblem ReleaseMonitor::problem_of(core::TimePoint now, const link::AuthorityView& view) const {
+/// What keeps control from going back, for the operator; empty: nothing that is known.
+std::string_view ReleaseMonitor::problem_of(core::TimePoint now, const link::AuthorityView& view) const {
   if (view.port_gone) {
-    return view.release_pending ? ReleaseProblem::kPortGone : ReleaseProblem::kPortAway;
+    return view.release_pending ? "the port is gone: no byte of ours reaches the autopilot. " : kPortAway;
   }
   if (!view.release_pending) {
-    return ReleaseProblem::kNone;
+    return "";
   }
   if (!view.link_alive && !view.in_control) {
-    return ReleaseProblem::kNoTelemetry;
+    return "nothing new comes from the autopilot; control is given back unconfirmed. ";
   }
   if (view.reason == safety::AuthorityReason::kUplinkSilent) {
-    return ReleaseProblem::kUplinkSilent;
+    return "the autopilot answers nothing: no byte of ours reaches it. ";
   }
-  return begun_ && now - since_ > kReportDelay ? ReleaseProblem::kStillInControl : ReleaseProblem::kNone;
+  return begun_ && now - since_ > kReportDelay ? "the autopilot does not show that the transmitter has control. " : "";
 }
 
 void ReleaseMonitor::update(core::TimePoint now, const link::AuthorityView& view) {
   port_seen_at_ = view.port_gone ? port_seen_at_ : now;
-  const ReleaseProblem trouble = problem_of(now, view);
-  if (trouble != reported_ && trouble == ReleaseProblem::kPortAway) {
-    operator_log_.write(now, "the port is gone; control is not ours. It is opened again as soon as it is back");
-  } else if (trouble != reported_ && trouble != ReleaseProblem::kNone) {
-    TextLine line;
-    line.add(trouble == ReleaseProblem::kPortGone ? "the port is gone: no byte of ours reaches the autopilot. "
-             : trouble == ReleaseProblem::kNoTelemetry
-                 ? "nothing new comes from the autopilot; control is given back unconfirmed. "
-             : trouble == ReleaseProblem::kUplinkSilent
-                 ? "the autopilot answers nothing: no byte of ours reaches it. "
-                 : "the autopilot does not show that the transmitter has control. ");
-    operator_log_.write(now, line.add(kPilotAction).add(". The program keeps giving control back").text());
+  const std::string_view problem = problem_of(now, view);
+  if (problem != reported_ && problem == kPortAway) {
+    operator_log_.write(now, problem);
+  } else if (problem != reported_ && !problem.empty()) {
+    operator_log_.write(
+        now, TextLine{}.add(problem).add(kPilotAction).add(". The program keeps giving control back").text());
   }
-  reported_ = trouble;
+  reported_ = problem;
 }
 
 }  // namespace m100::companion

@@ -41,15 +41,7 @@ class ReleaseMonitor {
   core::TimePoint since() const { return since_; }
 
  private:
-  enum class ReleaseProblem : std::uint8_t {
-    kNone,
-    kStillInControl,
-    kUplinkSilent,
-    kNoTelemetry,
-    kPortGone,
-    kPortAway
-  };
-  ReleaseProblem problem_of(core::TimePoint now, const link::AuthorityView& view) const;
+  std::string_view problem_of(core::TimePoint now, const link::AuthorityView& view) const;
   void report_holder(core::TimePoint now, const link::SerialLink& link);
 
   OperatorLog& operator_log_;
@@ -59,7 +51,7 @@ class ReleaseMonitor {
   std::uint32_t outages_before_ = 0;
   std::uint32_t stops_before_ = 0;
   bool pilot_in_control_ = false;
-  ReleaseProblem reported_ = ReleaseProblem::kNone;
+  std::string_view reported_;  ///< problem; empty: there is none
 };
 
 }  // namespace m100::companion

@@ -18,9 +18,7 @@ class StallMonitor {
   void tick(core::TimePoint now) {
     const ThreadCounts counts = accounting_.update();
     if (last_ != core::TimePoint{} && now - last_ > kReportedStall) {
-      TextLine line;
-      describe(line, now - last_, counts);
-      operator_log_.write(now, line.text());
+      operator_log_.write(now, describe(now - last_, counts).text());
     }
     last_ = now;
   }

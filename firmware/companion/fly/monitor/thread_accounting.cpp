@@ -13,12 +13,6 @@ namespace m100::companion {
 ThreadAccounting::ThreadAccounting()
     : schedstat_(open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC)), last_(total()) {}
 
-ThreadAccounting::~ThreadAccounting() {
-  if (schedstat_ >= 0) {
-    (void)close(schedstat_);
-  }
-}
-
 ThreadCounts ThreadAccounting::update() {
   const ThreadCounts now = total();
   const ThreadCounts since{.without_processor = now.without_processor - last_.without_processor,
@@ -30,7 +24,7 @@ ThreadCounts ThreadAccounting::update() {
 ThreadCounts ThreadAccounting::total() const {
   ThreadCounts counts;
   std::array<char, 96> text{};
-  const ssize_t size = schedstat_ >= 0 ? pread(schedstat_, text.data(), text.size(), 0) : 0;
+  const ssize_t size = schedstat_.number >= 0 ? pread(schedstat_.number, text.data(), text.size(), 0) : 0;
   if (size > 0) {
     counts.without_processor = run_queue_time({text.data(), static_cast<std::size_t>(size)});
   }
@@ -50,10 +44,11 @@ core::Duration run_queue_time(std::string_view schedstat) {
   return std::chrono::duration_cast<core::Duration>(std::chrono::nanoseconds(time_ns));
 }
 
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts) {
+TextLine describe(core::Duration stall, const ThreadCounts& counts) {
+  TextLine line;
   line.add("this program stood still for ").add(core::seconds<double>(stall), 3);
   line.add(" s: ready to run but without a processor for ").add(core::seconds<double>(counts.without_processor), 3);
-  line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
+  return line.add(" s, page faults from the disk: ").add(static_cast<double>(counts.disk_faults), 0);
 }
 
 }  // namespace m100::companion

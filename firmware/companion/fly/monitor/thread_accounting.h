@@ -6,6 +6,7 @@
 
 #include "firmware/companion/operator/text_line.h"
 #include "firmware/core/time.h"
+#include "hal/linux/descriptor.h"
 
 namespace m100::companion {
 
@@ -20,9 +21,6 @@ struct ThreadCounts {
 class ThreadAccounting {
  public:
   ThreadAccounting();
-  ~ThreadAccounting();
-  ThreadAccounting(const ThreadAccounting&) = delete;
-  ThreadAccounting& operator=(const ThreadAccounting&) = delete;
 
   /// @returns the counts since the last call, or since the construction.
   ThreadCounts update();
@@ -30,7 +28,7 @@ class ThreadAccounting {
  private:
   ThreadCounts total() const;
 
-  int schedstat_;  ///< descriptor; -1: this kernel does not count
+  hal::Descriptor schedstat_;  ///< none: this kernel does not count
   ThreadCounts last_;
 };
 
@@ -38,6 +36,6 @@ class ThreadAccounting {
 core::Duration run_queue_time(std::string_view schedstat);
 
 /// The cause of a stall in words.
-void describe(TextLine& line, core::Duration stall, const ThreadCounts& counts);
+TextLine describe(core::Duration stall, const ThreadCounts& counts);
 
 }  // namespace m100::companion

@@ -81,13 +81,14 @@ class TrackingError {
   std::uint64_t count_ = 0;
 };
 
-inline void describe(TextLine& line, const TrackingError& error) {
+inline TextLine describe(const TrackingError& error) {
+  TextLine line;
   line.add("tracking error ")
       .add(error.rms_m(), 3)
       .add(" m rms, ")
       .add(error.max_m(), 3)
       .add(" m at most (horizontal ");
-  line.add(error.horizontal_rms_m(), 3).add(" m rms, vertical ").add(error.vertical_rms_m(), 3).add(" m rms)");
+  return line.add(error.horizontal_rms_m(), 3).add(" m rms, vertical ").add(error.vertical_rms_m(), 3).add(" m rms)");
 }
 
 }  // namespace m100::companion

@@ -41,4 +41,12 @@ bool receive_telemetry(hal::Uart& port, LineProbe& line);
 /// What is missing where receive_telemetry() never returned true. @param name of the check
 preflight::CheckResult missing_telemetry(const LineProbe& line, const char* name, preflight::Health health);
 
+namespace preflight {
+
+/// Listens to the autopilot for four seconds and measures the vibration (est::Vibration) as a flight does, with the
+/// rotors as they turn meanwhile. kDoubtful: it would be reported in flight, or it could not be measured.
+CheckResult check_vibration(const std::string& port, std::uint32_t baud);
+
+}  // namespace preflight
+
 }  // namespace m100::companion
