@@ -22,6 +22,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/body/body_plant.h"
@@ -108,14 +109,12 @@ Campaign campaign_of(const Options& options) {
       out.options.insert(out.options.end(), {option, value});
     }
   };
-  std::ostringstream rate;
-  rate << options.rate_hz;
   repeat("--vehicle", options.vehicle, !options.vehicle.empty());
   repeat("--plant-from", options.plant_from, !options.plant_from.empty());
   repeat("--law", options.law, options.law != "mpc");
   repeat("--mode", options.mode, options.mode != "field");
   repeat("--channel", options.channel, options.channel != "virtual_rc");
-  repeat("--rate", rate.str(), options.rate_hz > 0.0);
+  repeat("--rate", printed("%g", options.rate_hz), options.rate_hz > 0.0);
   repeat("--body", options.body.body, options.body.body != "identified");
   repeat("--body-command", options.body.command, !options.body.command.empty());
   return out;

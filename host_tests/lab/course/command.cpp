@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab course: draws a course before a flight, and reports its demands and whether it can be flown.
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -19,6 +18,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -104,11 +104,10 @@ Json to_json(const Drawn& drawn) {
 
 void say(const Drawn& drawn) {
   const course::Summary& s = drawn.summary;
-  char line[200];
-  std::snprintf(line, sizeof line, "%.1f s, %.1f m, at most %.2f m/s, %.2f m/s^2, %.1f deg of tilt, %.0f deg/s of yaw",
-                s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2,
-                core::kRadian_deg * s.most.tilt_rad, core::kRadian_deg * s.most.yaw_rate_rad_s);
-  std::cout << printable(drawn.file) << ": " << line << "\n";
+  std::cout << printable(drawn.file)
+            << printed(": %.1f s, %.1f m, at most %.2f m/s, %.2f m/s^2, %.1f deg of tilt, %.0f deg/s of yaw\n",
+                       s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2,
+                       core::kRadian_deg * s.most.tilt_rad, core::kRadian_deg * s.most.yaw_rate_rad_s);
   if (!drawn.why_not.empty()) {
     std::cout << "  cannot be flown: " << printable(drawn.why_not) << "\n";
   }

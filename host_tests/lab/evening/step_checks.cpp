@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/aliases.h"
@@ -13,6 +12,7 @@
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::evening {
 namespace {
@@ -23,12 +23,7 @@ constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below 
 constexpr double kTrimmed_s = 5.0;           ///< the first seconds of a hover, not used for its mean sticks
 constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows at most
 
-std::string rounded(double value) {
-  std::ostringstream out;
-  out.precision(3);
-  out << value;
-  return out.str();
-}
+std::string rounded(double value) { return printed("%.3g", value); }
 
 /// "60 counts (9 % of the stick)".
 std::string as_pilots_say(double counts) {

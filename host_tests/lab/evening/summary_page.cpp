@@ -2,7 +2,6 @@
 #include "host_tests/lab/evening/summary_page.h"
 
 #include <array>
-#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "host_tests/lab/flight/figures.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::evening {
 namespace {
@@ -258,10 +258,8 @@ std::string before_and_after(const Folder& folder) {
   std::string out;
   const FlownErrors flown = compare_flights(folder);
   for (const Compared& one : compared(folder, flown)) {
-    char line[160];
-    std::snprintf(line, sizeof line, "  %-63s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
-                  (one.verdict.empty() ? "" : "  " + one.verdict).c_str());
-    out += line;
+    out += printed("  %-63s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
+                   (one.verdict.empty() ? "" : "  " + one.verdict).c_str());
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     out += "  the flight " + name + " the correction began to oscillate, and the fallback law took over\n";

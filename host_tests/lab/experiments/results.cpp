@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <iomanip>
+
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -30,11 +31,7 @@ const std::vector<Row>& rows() {
   return all;
 }
 
-std::string fixed(double value, int digits) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
+std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
 double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -17,6 +16,7 @@
 #include "host_tests/lab/logs/quaternion.h"
 #include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/logs/stretches.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -295,12 +295,10 @@ class Loader {
     if (stream.time_s.front() <= end_s && stream.time_s.back() >= log_.start_s) {
       return;
     }
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "does not overlap with the clock: its times are %.2f to %.2f s, those of ",
-                  stream.time_s.front(), stream.time_s.back());
-    std::array<char, 100> range{};
-    std::snprintf(range.data(), range.size(), " are %.2f to %.2f s", log_.start_s, end_s);
-    throw InputError(raw_.file(), 0, column, text.data() + map_.time.column + range.data());
+    throw InputError(raw_.file(), 0, column,
+                     printed("does not overlap with the clock: its times are %.2f to %.2f s, those of ",
+                             stream.time_s.front(), stream.time_s.back()) +
+                         map_.time.column + printed(" are %.2f to %.2f s", log_.start_s, end_s));
   }
 
   /// The times of the messages with the numbers `own` on the log's clock, linearly inter- and extrapolated.

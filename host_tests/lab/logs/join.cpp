@@ -2,11 +2,10 @@
 #include "host_tests/lab/logs/join.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "host_tests/lab/logs/stretches.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -26,11 +25,8 @@ void append_gap(std::vector<std::uint8_t>& to, const std::vector<std::uint8_t>& 
 /// Notes for each log and stretch after the first where it lies on the clock of the result.
 void note_common_clock(FlightLog& log) {
   for (std::size_t i = 1; i < log.flights.size(); ++i) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(),
-                  "log %zu: its time %.2f s is %.2f s on the common clock, which the result uses", i + 1,
-                  log.flights[i].start_s, log.time_s(log.flights[i].begin));
-    log.notes.emplace_back(text.data());
+    log.notes.push_back(printed("log %zu: its time %.2f s is %.2f s on the common clock, which the result uses", i + 1,
+                                log.flights[i].start_s, log.time_s(log.flights[i].begin)));
   }
 }
 
@@ -119,10 +115,8 @@ void count_from_begin(FlightLog& log) {
     stretch.epoch_s = stretch.start_s < kOtherEpoch_s ? 0.0 : log.epoch_s;
     stretch.start_s -= stretch.epoch_s;
   }
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(),
-                "times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s);
-  log.notes.emplace_back(text.data());
+  log.notes.push_back(
+      printed("times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s));
 }
 
 FlightLog joined(std::vector<FlightLog> logs) {
@@ -173,9 +167,7 @@ std::string place_of(const FlightLog& log, double time_s) {
       own_s = time_s - begins_s + log.flights[i].start_s;
     }
   }
-  char text[40];
-  std::snprintf(text, sizeof text, "%.2f s", own_s);
-  return prefix + text;
+  return prefix + printed("%.2f s", own_s);
 }
 
 std::vector<std::uint8_t> FlightLog::gap_of(std::initializer_list<Signal> wanted) const {

@@ -15,9 +15,9 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
-#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/loop/vehicle_comparison.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 
@@ -129,7 +129,7 @@ class Loop {
       FlownLog next = fly_and_log(options_, seed + static_cast<std::uint64_t>(flight) * kAnother,
                                   (path.parent_path() / name).string());
       const double length_s = next.in_control.second - next.in_control.first;
-      std::string messages = name + two_numbers(": under control for %.1f s of %.0f s", length_s, options_.flight_s) +
+      std::string messages = name + printed(": under control for %.1f s of %.0f s", length_s, options_.flight_s) +
                              ", ended by " + next.descent +
                              (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used");
       if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
@@ -184,7 +184,7 @@ class Loop {
     const bool better = predicts_better(believed_, candidate, flight, channel);
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
-                                two_numbers("1 s ahead on the second flight %.4f before, %.4f after", before, after));
+                                printed("1 s ahead on the second flight %.4f before, %.4f after", before, after));
     return better;
   }
 

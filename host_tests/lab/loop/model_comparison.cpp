@@ -3,12 +3,12 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -73,10 +73,8 @@ Json json_of(const std::map<std::string, Interval>& intervals) {
 
 void print(std::ostream& out, const char* what, const std::map<std::string, Interval>& intervals) {
   for (const auto& [name, interval] : intervals) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value,
-                  interval.low, interval.high);
-    out << text.data();
+    out << printed("  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value, interval.low,
+                   interval.high);
   }
 }
 
@@ -110,11 +108,9 @@ void print(std::ostream& out, const std::vector<ModelScore>& scores) {
     for (const std::string& cell : score.diverged) {
       out << "  " << cell << ": flew away, or never obtained control\n";
     }
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "  margins    %s: peak sensitivity %.2f, delay margin %.0f ms%s\n",
-                  gains::words(gains::kVirtualRcTiming).c_str(), score.margins.peak_sensitivity,
-                  1e3 * score.margins.delay_margin_s, score.margins.stable ? "" : ", unstable");
-    out << text.data();
+    out << printed("  margins    %s: peak sensitivity %.2f, delay margin %.0f ms%s\n",
+                   gains::words(gains::kVirtualRcTiming).c_str(), score.margins.peak_sensitivity,
+                   1e3 * score.margins.delay_margin_s, score.margins.stable ? "" : ", unstable");
   }
 }
 
