@@ -18,17 +18,11 @@ const char* color_of(const Flights& flights, std::size_t flight) {
   return flights.size() > 1 && flight == 0 ? plot::kOrange : plot::kBlue;
 }
 
-std::string color_of_state(safety::FailsafeState state) {
-  switch (state) {
-    case safety::FailsafeState::kCoast:
-      return "#fff3d6";
-    case safety::FailsafeState::kLevel:
-      return "#fbd9bd";
-    case safety::FailsafeState::kRelease:
-      return "#f3c6c6";
-    default:
-      return "#ececec";
-  }
+const char* color_of_state(safety::FailsafeState state) {
+  return state == safety::FailsafeState::kCoast     ? "#fff3d6"
+         : state == safety::FailsafeState::kLevel   ? "#fbd9bd"
+         : state == safety::FailsafeState::kRelease ? "#f3c6c6"
+                                                    : "#ececec";
 }
 
 /// The state of the failsafe in the ticks [begin, end) of flight f. Empty: nominal, or, with several flights, outside
