@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <tuple>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/companion/files/vehicle_keys.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
@@ -16,7 +18,6 @@
 #include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/lab/loop/page.h"
 #include "host_tests/lab/loop/results.h"
-#include "host_tests/lab/loop/world_numbers.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -71,6 +72,21 @@ void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
   write_json(options.json, loop::to_json(scores).sorted(), 2);
 }
 
+/// Every number of an axis that the world or the vehicle file has; "without": of an axis that lacks the effect.
+Json axis_numbers(const model::StickAxis& world, const model::StickAxis& vehicle, model::AxisUnit unit) {
+  const model::StickAxis neutral;
+  Json out = Json::object();
+  for (const companion::NumberKey<model::StickAxis>& key : companion::axis_keys(unit)) {
+    const double in_world = world.*key.member;
+    const double in_file = vehicle.*key.member;
+    const double without = neutral.*key.member;
+    if (in_world != without || in_file != without) {
+      out[std::string(key.key)] = {{"world", in_world}, {"vehicle", in_file}, {"without", without}};
+    }
+  }
+  return out;
+}
+
 void run(const LoopOptions& options) {
   if (options.out.empty() && options.models.empty()) {
     throw InputError("--out", 0, "", "is missing: give the vehicle file to write");
@@ -123,7 +139,12 @@ void run(const LoopOptions& options) {
     std::cout << "wrote " << printable(page) << "\n";
   }
   Json json = loop::to_json(result);
-  json["world"] = loop::world_numbers(loop.plant, loop.vehicle.vehicle);
+  // For reports only, after the loop is closed: neither controller nor identification see it.
+  const auto& [world, flown] = std::tie(loop.plant, loop.vehicle.vehicle);
+  json["world"] = {{"roll", axis_numbers(world.roll, flown.roll, model::AxisUnit::kTilt_rad)},
+                   {"pitch", axis_numbers(world.pitch, flown.pitch, model::AxisUnit::kTilt_rad)},
+                   {"yaw_rate", axis_numbers(world.yaw_rate, flown.yaw_rate, model::AxisUnit::kYawRate_rad_s)},
+                   {"climb", axis_numbers(world.climb, flown.climb, model::AxisUnit::kClimb_m_s)}};
   write_json(options.json, json.sorted(), 2);
 }
 
