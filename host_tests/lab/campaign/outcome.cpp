@@ -19,15 +19,11 @@ using experiments::TracePoint;
 using safety::FailsafeState;
 
 FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
-  FlightPlan plan;
+  FlightPlan plan = settings.plan;
   plan.plant = world;
-  plan.vehicle = settings.vehicle;
   plan.course = task.course;
   plan.duration_s = task.duration_s;
   plan.seed = seed;
-  plan.channel = settings.channel;
-  plan.rate_hz = settings.rate_hz;
-  plan.law = settings.law;
   plan.pilot_holds_position = true;
   plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
   return settings.paper_law ? in_paper_configuration(plan) : plan;

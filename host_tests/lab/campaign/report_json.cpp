@@ -202,7 +202,7 @@ Json settings_json(const Campaign& campaign) {
   for (const Task& task : campaign.tasks) {
     tasks.push_back(task.name);
   }
-  const auto digest = core::hex(campaign.settings.vehicle.digest);
+  const auto digest = core::hex(campaign.settings.plan.vehicle.digest);
   return {{"worlds", worlds},
           {"tasks", tasks},
           {"first_seed", campaign.first_seed},

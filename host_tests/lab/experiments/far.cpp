@@ -15,17 +15,13 @@ constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
 FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
-  FlightPlan plan;
-  plan.plant = options.plant;
+  FlightPlan plan = options.plan;
   plan.plant.air.wind_m_s.x() += task.wind_m_s;
   if (task.drag_per_s > 0.0) {
     plan.plant.air.linear_drag_per_s = task.drag_per_s;
   }
-  plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s;
-  plan.channel = options.channel;
-  plan.rate_hz = options.rate_hz;
   plan.pilot_holds_position = true;
   companion::FlightFile file;
   file.fence_x_m = {-kFar_m, task.fence_high_m > 0.0 ? task.fence_high_m : kFar_m};

@@ -55,10 +55,10 @@ std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOp
 
 /// The plant of a task. Without a body, tasks in wind have the fan. With one, they have the plant's wind, others none.
 sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
-  if (options.body == nullptr) {
-    return task.fan ? sim::with_fan(options.plant) : options.plant;
+  sim::Plant plant = options.plan.plant;
+  if (options.plan.body == nullptr) {
+    return task.fan ? sim::with_fan(plant) : plant;
   }
-  sim::Plant plant = options.plant;
   plant.air.wind_m_s *= task.fan ? 1.0 : 0.0;
   return plant;
 }
@@ -74,16 +74,10 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   TaskResult result;
   result.task = &task;
   std::vector<Cell> cells;
-  FlightPlan plan;
-  plan.body = options.body;
+  FlightPlan plan = options.plan;
   plan.plant = plant_of(task, options);
-  plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s + 1.0;
-  plan.channel = options.channel;
-  plan.rate_hz = options.rate_hz;
-  plan.paper_100_hz = options.paper_100_hz;
-  plan.law = options.law;
   plan = options.paper_law ? in_paper_configuration(plan) : plan;
   for (int i = 0; i < options.seeds; ++i) {
     plan.seed = options.seed + static_cast<std::uint64_t>(i);
@@ -119,7 +113,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.spread = spread_of(cells);
   result.flights = cells;
   if (!task.steps_m.empty() && result.flown()) {
-    compare_with_time_optimal(task, options.vehicle.vehicle.translation.tilt_limit_rad, result);
+    compare_with_time_optimal(task, options.plan.vehicle.vehicle.translation.tilt_limit_rad, result);
   }
   return result;
 }

@@ -59,7 +59,7 @@ void check_files(const LoopOptions& options) {
 
 /// Compares vehicle files on one plant instead of closing the loop.
 void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
-  if (options.plant_from.empty() || !options.plant.empty() || loop.body != nullptr) {
+  if (options.plant_from.empty() || !options.plant.empty() || loop.plan.body != nullptr) {
     throw InputError("--models", 0, "", "needs --plant-from, and neither --plant nor --body");
   }
   std::vector<loop::ComparedModel> models;
@@ -101,15 +101,15 @@ void run(const LoopOptions& options) {
     throw InputError("--plant", 0, "",
                      "is missing: give the plant file of the simulated world, or --plant-from, or a --body");
   }
-  loop.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
-  loop.vehicle =
+  loop.plan.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
+  loop.plan.vehicle =
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
   loop.seed = options.seed;
   loop.seeds = options.seeds;
-  loop.law = law_of(options.law);
+  loop.plan.law = law_of(options.law);
   loop.keep_worse = options.keep_worse;
   sim::BodyJob body(options.body);
-  loop.body = options.body.is_identified() ? nullptr : &body;
+  loop.plan.body = options.body.is_identified() ? nullptr : &body;
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
   constexpr std::array<std::string_view, 3> kTasks{"hover", "step", "trajectory"};
   for (const std::string& task : loop.tasks) {
@@ -130,7 +130,7 @@ void run(const LoopOptions& options) {
     return;
   }
   const loop::LoopResult result = loop::close_loop(loop);
-  const companion::VehicleFile& kept = result.is_kept ? result.vehicle : loop.vehicle;
+  const companion::VehicleFile& kept = result.is_kept ? result.vehicle : loop.plan.vehicle;
   companion::save_vehicle(options.out, kept);
   loop::print(std::cout, result);
   if (!options.report.empty()) {
@@ -140,7 +140,7 @@ void run(const LoopOptions& options) {
   }
   Json json = loop::to_json(result);
   // For reports only, after the loop is closed: neither controller nor identification see it.
-  const auto& [world, flown] = std::tie(loop.plant, loop.vehicle.vehicle);
+  const auto& [world, flown] = std::tie(loop.plan.plant, loop.plan.vehicle.vehicle);
   json["world"] = {{"roll", axis_numbers(world.roll, flown.roll, model::AxisUnit::kTilt_rad)},
                    {"pitch", axis_numbers(world.pitch, flown.pitch, model::AxisUnit::kTilt_rad)},
                    {"yaw_rate", axis_numbers(world.yaw_rate, flown.yaw_rate, model::AxisUnit::kYawRate_rad_s)},

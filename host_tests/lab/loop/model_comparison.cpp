@@ -47,7 +47,7 @@ void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScor
 using ModelErrors = std::vector<std::array<std::vector<double>, identify::kQuantities.size()>>;
 ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
   LoopOptions excited = options;
-  excited.vehicle = models.back().vehicle;
+  excited.plan.vehicle = models.back().vehicle;
   const LogFolder folder(options.log_folder);
   ModelErrors errors(models.size());
   for (int i = 0; i < options.seeds; ++i) {
