@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab course: draws a course before a flight, and reports its demands and whether it can be flown.
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -37,14 +36,6 @@ struct Drawn {
 
 std::string stem(const std::string& file) { return std::filesystem::path(file).stem().string(); }
 
-void write_svg(const std::string& file, const std::string& svg) {
-  std::ofstream out(file);
-  out << svg;
-  if (!out.flush()) {
-    throw InputError(file, 0, "--out", "cannot be written");
-  }
-}
-
 /// Why the course cannot be flown, inside the fence of a flight file too; empty: it can. It is checked from `start`.
 std::string refusal(const ref::Trajectory<double>& laid, const std::vector<companion::CoursePiece>& pieces,
                     const ref::Waypoint<double>& start, const companion::CourseLimits& limits,
@@ -79,7 +70,8 @@ Drawn draw(const std::string& file, const Options& options, const std::optional<
   out.why_not = refusal(*laid, pieces, start, limits, flight, file);
   if (!options.out.empty()) {
     const std::string name = printable(stem(file), 40) + (out.why_not.empty() ? "" : ": cannot be flown");
-    write_svg(options.out + "/" + stem(file) + ".svg", course::picture(name, *laid, pieces, start, limits, flight));
+    write_whole_file(options.out + "/" + stem(file) + ".svg",
+                     course::picture(name, *laid, pieces, start, limits, flight), "--out");
   }
   return out;
 }

@@ -66,11 +66,9 @@ class Loader {
 
  private:
   void read_clock() {
-    const RawColumn clock = column(map_.time, map_.time.column, "time");
-    clock_s_.reserve(clock.values.size());
-    for (const double raw : clock.values) {
-      clock_s_.push_back(map_.time.scale * (raw + map_.time.offset));
-    }
+    RawColumn clock = column(map_.time, map_.time.column, "time");
+    clock_s_ = std::move(clock.values);
+    convert(map_.time, clock_s_);
     counter_ = clock.sequence;
     if (const auto& mapped = map_.signals[static_cast<std::size_t>(Signal::kSequence)]) {
       counter_ = column(*mapped, mapped->column, "sequence").values;
@@ -162,10 +160,9 @@ class Loader {
     for (int i = 0; i < signals; ++i) {
       std::vector<std::uint8_t>& own = log_.signal_gap[offset(first, i)];
       own.resize(log_.size, 0);
-      std::transform(own.begin(), own.end(), gap.begin(), own.begin(), [](auto a, auto b) { return a | b; });
+      add_gaps(own, gap);
     }
-    std::transform(log_.gap.begin(), log_.gap.end(), gap.begin(), log_.gap.begin(),
-                   [](auto a, auto b) { return a | b; });
+    add_gaps(log_.gap, gap);
     return grid;
   }
 

@@ -89,6 +89,10 @@ void fill_pauses(FlightLog& log) {
   }
 }
 
+void add_gaps(std::vector<std::uint8_t>& gap, const std::vector<std::uint8_t>& more) {
+  std::transform(gap.begin(), gap.end(), more.begin(), gap.begin(), [](auto a, auto b) { return a | b; });
+}
+
 void note_gaps(FlightLog& log) {
   std::size_t holes = 0;
   std::size_t lost = 0;
@@ -177,8 +181,7 @@ std::vector<std::uint8_t> FlightLog::gap_of(std::initializer_list<Signal> wanted
   std::vector<std::uint8_t> out(size, 0);
   for (const Signal signal : wanted) {
     if (const auto found = signal_gap.find(signal); found != signal_gap.end()) {
-      std::transform(out.begin(), out.end(), found->second.begin(), out.begin(),
-                     [](std::uint8_t a, std::uint8_t b) { return a | b; });
+      add_gaps(out, found->second);
     }
   }
   return out;
