@@ -129,19 +129,14 @@ std::string check_flight(const Folder& folder, const std::string& result) {
 
 namespace {
 
-double weight_increases(const Folder& folder) {
-  const auto before = folder.numbers().find(kWeightIncreases);
-  return before == folder.numbers().end() ? 0.0 : before->second;
-}
-
-bool is_weight_at_limit(const Folder& folder) { return weight_increases(folder) >= kMaxWeightIncreases; }
+bool is_weight_at_limit(const Folder& folder) { return folder.number(kWeightIncreases) >= kMaxWeightIncreases; }
 
 /// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
 std::string increase_input_weight(Folder& folder, const std::string& seen) {
   if (is_weight_at_limit(folder)) {
     return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
   }
-  folder.set_number(kWeightIncreases, weight_increases(folder) + 1.0);
+  folder.set_number(kWeightIncreases, folder.number(kWeightIncreases) + 1.0);
   folder.again("gains");
   return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
 }
@@ -228,7 +223,7 @@ std::string check_rates_excitation(Folder& folder, const std::string& result) {
                                   : result_json.value("excitation", Json::object())
                                         .value("abort", Json::object())
                                         .value("why", "control was lost");
-  const bool was_flown_before = folder.numbers().contains(kRatesNotFlown) && folder.numbers().at(kRatesNotFlown) > 0.0;
+  const bool was_flown_before = folder.number(kRatesNotFlown) > 0.0;
   folder.set_number(kRatesNotFlown, why.empty() ? 0.0 : was_flown_before ? 2.0 : 1.0);
   if (why.empty() || was_flown_before) {
     return "";  // the models of roll and pitch do not need these movements

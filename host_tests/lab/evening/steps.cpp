@@ -287,7 +287,7 @@ class StepBuilder {
   /// Identifies climb and yaw rate. A channel that is not found, or predicts no better, keeps its old model.
   Step identify_rates() const {
     std::vector<Command> commands{{"copy", "vehicle.toml", "rates.toml"}};
-    if (!folder_.numbers().contains(kRatesNotFlown) || folder_.numbers().at(kRatesNotFlown) < 2.0) {
+    if (folder_.number(kRatesNotFlown) < 2.0) {
       if (height_m(folder_) > 0.0) {
         commands.push_back(Command{"try"} +
                            again("climb", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredClimb));

@@ -71,25 +71,20 @@ std::string number(const Folder& folder, const std::string& name) {
 std::vector<std::string> fallback_law_flew(const Folder& folder) {
   std::vector<std::string> out;
   for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {
-    const auto swung = folder.numbers().find(std::string(kFallbackLaw) + flight);
-    if (swung != folder.numbers().end() && swung->second > 0.0) {
+    if (folder.number(std::string(kFallbackLaw) + flight) > 0.0) {
       out.emplace_back(words);
     }
   }
   return out;
 }
 
-bool is_taken_over(const Folder& folder, const std::string& channel) {
-  const auto found = folder.numbers().find("found." + channel);
-  return found != folder.numbers().end() && found->second > 0.0;
-}
+bool is_taken_over(const Folder& folder, const std::string& channel) { return folder.number("found." + channel) > 0.0; }
 
 /// Whether the channel is the climb, and its new model predicts better but was not kept (compare_laws()).
 bool is_kept_back(const Folder& folder, const std::string& channel) {
-  const auto& numbers = folder.numbers();
-  const auto kept = numbers.find("kept.corrected_climb");
-  return channel == "climb" && kept != numbers.end() && kept->second == 0.0 &&
-         numbers.at("ahead.climb.after") < numbers.at("ahead.climb.before");
+  return channel == "climb" && folder.numbers().contains("kept.corrected_climb") &&
+         folder.number("kept.corrected_climb") == 0.0 &&
+         folder.number("ahead.climb.after") < folder.number("ahead.climb.before");
 }
 
 /// One sentence: the corrections that the excited flight gave to the first vehicle file.
@@ -142,8 +137,8 @@ std::string not_reached(const Folder& folder, const Comparison& all) {
 /// What the errors in flight do not show: each law's delay margin. Empty: unknown.
 std::string margins(const Folder& folder) {
   const auto margin = [&](const char* law) {
-    const auto found = folder.numbers().find(std::string("delay_margin_s.") + law);
-    return found->second > 0.0 ? plot::number(1e3 * found->second) + " ms" : std::string("none");
+    const double margin_s = folder.number(std::string("delay_margin_s.") + law);
+    return margin_s > 0.0 ? plot::number(1e3 * margin_s) + " ms" : "none";
   };
   return folder.numbers().contains("kept.corrected")
              ? " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") + "."
