@@ -40,6 +40,34 @@ bool is_flight_by_law(const Folder& folder) {
   }
 }
 
+bool is_weight_at_limit(const Folder& folder) { return folder.number(kWeightIncreases) >= kMaxWeightIncreases; }
+
+/// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
+std::string increase_input_weight(Folder& folder, const std::string& seen) {
+  if (is_weight_at_limit(folder)) {
+    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
+  }
+  folder.set_number(kWeightIncreases, folder.number(kWeightIncreases) + 1.0);
+  folder.again("gains");
+  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
+}
+
+/// Records the mean sticks of the settled part of a hover: the present trims of the aircraft.
+void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
+  const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
+  const std::size_t last = flight.index_of(flown.second);
+  for (const auto& [signal, name] :
+       {std::pair{logs::Signal::kStickRoll, kTrimRoll}, std::pair{logs::Signal::kStickPitch, kTrimPitch}}) {
+    double sum = 0.0;
+    for (std::size_t k = first; k < last; ++k) {
+      sum += flight.of(signal)[k];
+    }
+    if (last > first) {
+      folder.set_number(name, sum / static_cast<double>(last - first));
+    }
+  }
+}
+
 }  // namespace
 
 std::string check_probe(const Folder& folder, const std::string& result) {
@@ -126,38 +154,6 @@ std::string check_flight(const Folder& folder, const std::string& result) {
   }
   return "";
 }
-
-namespace {
-
-bool is_weight_at_limit(const Folder& folder) { return folder.number(kWeightIncreases) >= kMaxWeightIncreases; }
-
-/// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
-std::string increase_input_weight(Folder& folder, const std::string& seen) {
-  if (is_weight_at_limit(folder)) {
-    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
-  }
-  folder.set_number(kWeightIncreases, folder.number(kWeightIncreases) + 1.0);
-  folder.again("gains");
-  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
-}
-
-/// Records the mean sticks of the settled part of a hover: the present trims of the aircraft.
-void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
-  const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
-  const std::size_t last = flight.index_of(flown.second);
-  for (const auto& [signal, name] :
-       {std::pair{logs::Signal::kStickRoll, kTrimRoll}, std::pair{logs::Signal::kStickPitch, kTrimPitch}}) {
-    double sum = 0.0;
-    for (std::size_t k = first; k < last; ++k) {
-      sum += flight.of(signal)[k];
-    }
-    if (last > first) {
-      folder.set_number(name, sum / static_cast<double>(last - first));
-    }
-  }
-}
-
-}  // namespace
 
 std::string check_hover(Folder& folder, const std::string& name) {
   const std::string result = name + ".json";

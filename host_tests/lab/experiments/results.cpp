@@ -127,65 +127,6 @@ Json json_of(const Cell& cell, bool flown = true) {
   return out;
 }
 
-}  // namespace
-
-std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
-  std::vector<const Task*> tasks;
-  for (const Task& task : paper_tasks()) {
-    tasks.push_back(&task);
-  }
-  if (options.literal_steps) {
-    for (const Task& task : literal_steps()) {
-      tasks.push_back(&task);
-    }
-  }
-  std::vector<TaskResult> results;
-  for (const Task* const task : tasks) {
-    if (options.only.empty() || options.only == task->task) {
-      results.push_back(fly_task(*task, options));
-      if (options.progress) {
-        options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +
-                         " m, " + fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
-      }
-    }
-  }
-  return results;
-}
-
-std::vector<PaperComparison> compared(const TaskResult& result) {
-  std::vector<PaperComparison> out;
-  for (const Row& row : rows()) {
-    const double papers = paper_value(result, row);
-    if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
-      out.push_back({std::string(row.name) + "_" + row.unit, !result.flown() || result.mean.*row.ours > papers});
-    }
-  }
-  return out;
-}
-
-int cells_above_paper(const std::vector<TaskResult>& results) {
-  std::ptrdiff_t above = 0;
-  for (const TaskResult& result : results) {
-    const std::vector<PaperComparison> cells = compared(result);
-    above += std::count_if(cells.begin(), cells.end(), [](const PaperComparison& cell) { return cell.above; });
-  }
-  return static_cast<int>(above);
-}
-
-std::string above_words(const std::vector<TaskResult>& results) {
-  std::string out;
-  for (const TaskResult& result : results) {
-    for (const PaperComparison& cell : compared(result)) {
-      out += cell.above
-                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
-                 : "";
-    }
-  }
-  return out + (out.empty() ? "" : ")");
-}
-
-namespace {
-
 void print_papers_line(std::ostream& out, const TaskResult& result) {
   if (result.task->paper == nullptr) {
     return;
@@ -265,6 +206,61 @@ void put_comparison(const TaskResult& result, Json& cell) {
 }
 
 }  // namespace
+
+std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
+  std::vector<const Task*> tasks;
+  for (const Task& task : paper_tasks()) {
+    tasks.push_back(&task);
+  }
+  if (options.literal_steps) {
+    for (const Task& task : literal_steps()) {
+      tasks.push_back(&task);
+    }
+  }
+  std::vector<TaskResult> results;
+  for (const Task* const task : tasks) {
+    if (options.only.empty() || options.only == task->task) {
+      results.push_back(fly_task(*task, options));
+      if (options.progress) {
+        options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +
+                         " m, " + fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
+      }
+    }
+  }
+  return results;
+}
+
+std::vector<PaperComparison> compared(const TaskResult& result) {
+  std::vector<PaperComparison> out;
+  for (const Row& row : rows()) {
+    const double papers = paper_value(result, row);
+    if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
+      out.push_back({std::string(row.name) + "_" + row.unit, !result.flown() || result.mean.*row.ours > papers});
+    }
+  }
+  return out;
+}
+
+int cells_above_paper(const std::vector<TaskResult>& results) {
+  std::ptrdiff_t above = 0;
+  for (const TaskResult& result : results) {
+    const std::vector<PaperComparison> cells = compared(result);
+    above += std::count_if(cells.begin(), cells.end(), [](const PaperComparison& cell) { return cell.above; });
+  }
+  return static_cast<int>(above);
+}
+
+std::string above_words(const std::vector<TaskResult>& results) {
+  std::string out;
+  for (const TaskResult& result : results) {
+    for (const PaperComparison& cell : compared(result)) {
+      out += cell.above
+                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
+                 : "";
+    }
+  }
+  return out + (out.empty() ? "" : ")");
+}
 
 void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
   if (results.empty()) {

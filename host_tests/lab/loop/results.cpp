@@ -41,6 +41,31 @@ Json paired_json(const std::vector<experiments::TaskResult>& before,
   return out;
 }
 
+void print_believed_found(std::ostream& out, const LoopResult& result) {
+  out << "Believed -> found, with 95 % intervals; *: the difference matters for the prediction\n";
+  for (const auto& [channel, rows] : result.believed_found) {
+    for (const identify::Refitted& one : rows) {
+      out << printed("  %-11s %-24s %10.5g -> %10.5g [%.5g, %.5g]%s\n", channel.c_str(), one.parameter.c_str(),
+                     one.believed, one.found.value, one.found.low, one.found.high, one.matters ? " *" : "");
+    }
+  }
+}
+
+/// For example "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ...".
+std::string missing_effects(const identify::IdentifyResult& found) {
+  std::vector<std::string> out;
+  std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);
+  for (const identify::Change& change : found.changes) {
+    out.push_back(change.name + " changed at " + plot::number(change.at_s) + " s");
+  }
+  if (!found.unexplained.empty()) {
+    out.push_back("unexplained: " + found.unexplained.front());
+  }
+  const char* const none =
+      found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
+  return out.empty() ? none : plot::joined(out, "; ");
+}
+
 }  // namespace
 
 std::vector<std::string> predicted_worse(const LoopResult& result) {
@@ -122,35 +147,6 @@ Json to_json(const LoopResult& result) {
   out["kept"] = result.is_kept;
   return out;
 }
-
-namespace {
-
-void print_believed_found(std::ostream& out, const LoopResult& result) {
-  out << "Believed -> found, with 95 % intervals; *: the difference matters for the prediction\n";
-  for (const auto& [channel, rows] : result.believed_found) {
-    for (const identify::Refitted& one : rows) {
-      out << printed("  %-11s %-24s %10.5g -> %10.5g [%.5g, %.5g]%s\n", channel.c_str(), one.parameter.c_str(),
-                     one.believed, one.found.value, one.found.low, one.found.high, one.matters ? " *" : "");
-    }
-  }
-}
-
-/// For example "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ...".
-std::string missing_effects(const identify::IdentifyResult& found) {
-  std::vector<std::string> out;
-  std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);
-  for (const identify::Change& change : found.changes) {
-    out.push_back(change.name + " changed at " + plot::number(change.at_s) + " s");
-  }
-  if (!found.unexplained.empty()) {
-    out.push_back("unexplained: " + found.unexplained.front());
-  }
-  const char* const none =
-      found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
-  return out.empty() ? none : plot::joined(out, "; ");
-}
-
-}  // namespace
 
 void print(std::ostream& out, const LoopResult& result) {
   print_believed_found(out, result);

@@ -71,14 +71,6 @@ void report_lost(const Cells& before, const Cells& now, Trial& out) {
   }
 }
 
-}  // namespace
-
-bool diverged(const experiments::TaskResult& cell) {
-  return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
-}
-
-namespace {
-
 /// The channel of `kept` without which the trial is best, and the cells flown without it.
 std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, const Cells& before,
                                           const std::function<Cells(const std::set<std::string>&)>& fly) {
@@ -98,6 +90,10 @@ std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, con
 }
 
 }  // namespace
+
+bool diverged(const experiments::TaskResult& cell) {
+  return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
+}
 
 bool is_worse(const Cells& now, const Cells& before) { return compare(now, before).is_worse(); }
 
