@@ -37,6 +37,10 @@ double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
 }
 
+bool is_compared(const TaskResult& result, const Row& row) {
+  return paper_value(result, row) >= 0.0 && (!row.tilt || result.task->tilt_counts);
+}
+
 /// The mean of the task's flights with the plan's law; empty: it never obtained control. Adds to the simulated time and
 /// the baselines' refused flights of `result`.
 std::optional<Cell> baseline_of(FlightPlan plan, const Task& task, const SuiteOptions& options, TaskResult& result) {
@@ -148,8 +152,7 @@ void print_our_line(std::ostream& out, const TaskResult& result) {
       out << std::setw(18) << "not flown!";
       continue;
     }
-    const double papers = paper_value(result, row);
-    const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
+    const bool above = is_compared(result, row) && result.mean.*row.ours > paper_value(result, row);
     out << std::setw(18)
         << (fixed(result.mean.*row.ours, 4) +
             (result.seeds > 1 ? " +-" + fixed(result.spread.*row.ours, 4) : std::string()) + (above ? "!" : " "));
@@ -208,22 +211,17 @@ void put_comparison(const TaskResult& result, Json& cell) {
 }  // namespace
 
 std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
-  std::vector<const Task*> tasks;
-  for (const Task& task : paper_tasks()) {
-    tasks.push_back(&task);
-  }
-  if (options.literal_steps) {
-    for (const Task& task : literal_steps()) {
-      tasks.push_back(&task);
-    }
-  }
   std::vector<TaskResult> results;
-  for (const Task* const task : tasks) {
-    if (options.only.empty() || options.only == task->task) {
-      results.push_back(fly_task(*task, options));
+  for (const auto* const tasks : {&paper_tasks(), &literal_steps()}) {
+    for (const Task& task : *tasks) {
+      if ((!options.only.empty() && options.only != task.task) ||
+          (tasks == &literal_steps() && !options.literal_steps)) {
+        continue;
+      }
+      results.push_back(fly_task(task, options));
       if (options.progress) {
-        options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +
-                         " m, " + fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
+        options.progress(task.task + " " + task.condition + ": pose " + fixed(results.back().mean.pose_m, 4) + " m, " +
+                         fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
       }
     }
   }
@@ -233,21 +231,20 @@ std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
 std::vector<PaperComparison> compared(const TaskResult& result) {
   std::vector<PaperComparison> out;
   for (const Row& row : rows()) {
-    const double papers = paper_value(result, row);
-    if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
-      out.push_back({std::string(row.name) + "_" + row.unit, !result.flown() || result.mean.*row.ours > papers});
+    if (is_compared(result, row)) {
+      out.push_back({std::string(row.name) + "_" + row.unit,
+                     !result.flown() || result.mean.*row.ours > paper_value(result, row)});
     }
   }
   return out;
 }
 
 int cells_above_paper(const std::vector<TaskResult>& results) {
-  std::ptrdiff_t above = 0;
+  int above = 0;
   for (const TaskResult& result : results) {
-    const std::vector<PaperComparison> cells = compared(result);
-    above += std::count_if(cells.begin(), cells.end(), [](const PaperComparison& cell) { return cell.above; });
+    above += static_cast<int>(std::ranges::count_if(compared(result), &PaperComparison::above));
   }
-  return static_cast<int>(above);
+  return above;
 }
 
 std::string above_words(const std::vector<TaskResult>& results) {

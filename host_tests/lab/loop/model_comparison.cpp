@@ -2,7 +2,6 @@
 #include "host_tests/lab/loop/model_comparison.h"
 
 #include <array>
-#include <cmath>
 
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
@@ -16,30 +15,20 @@ namespace {
 /// Flies the tasks with one model and writes its errors.
 void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScore& score) {
   for (const std::string& task : options.tasks) {
-    std::vector<double> pose2(static_cast<std::size_t>(options.seeds), 0.0);
-    std::vector<double> horizontal2 = pose2;
+    Squares sums;
     double cells = 0.0;
     for (const experiments::TaskResult& cell : fly_tasks(options, model.vehicle, options.seed, {task}, options.seeds)) {
-      if (cell.flights.size() != pose2.size() || diverged(cell)) {
+      if (cell.flights.size() != static_cast<std::size_t>(options.seeds) || diverged(cell)) {
         score.diverged.push_back(task + ", " + cell.task->condition);
         continue;
       }
-      for (std::size_t i = 0; i < pose2.size(); ++i) {
-        const experiments::Cell& flight = cell.flights[i];
-        pose2[i] += flight.pose_m * flight.pose_m;
-        horizontal2[i] += flight.x_m * flight.x_m + flight.y_m * flight.y_m;
-      }
+      add(cell.flights, sums);
       cells += 1.0;
     }
-    if (cells == 0.0) {
-      continue;
+    if (cells > 0.0) {
+      score.pose_m[task] = mean_with_interval(root_mean(sums[0], cells));
+      score.horizontal_m[task] = mean_with_interval(root_mean(sums[1], cells));
     }
-    for (std::size_t i = 0; i < pose2.size(); ++i) {
-      pose2[i] = std::sqrt(pose2[i] / cells);
-      horizontal2[i] = std::sqrt(horizontal2[i] / cells);
-    }
-    score.pose_m[task] = mean_with_interval(pose2);
-    score.horizontal_m[task] = mean_with_interval(horizontal2);
   }
 }
 
