@@ -1,24 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <fstream>
 #include <string>
 
 #include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab {
 
 /// Writes the file of an option --json; does nothing if the option was not given. Errors: InputError if the file cannot
 /// be written completely.
 inline void write_json(const std::string& file, const Json& json, int indent = 1) {
-  if (file.empty()) {
-    return;
-  }
-  std::ofstream out(file);
-  out << json.dump(indent) << "\n";
-  if (!out.flush()) {
-    throw InputError(file, 0, "--json", "cannot be written");
+  if (!file.empty()) {
+    write_whole_file(file, json.dump(indent) + "\n", "--json");
   }
 }
 

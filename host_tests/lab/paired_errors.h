@@ -3,16 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/statistics.h"
-#include "host_tests/lab/student_t.h"
 
 namespace m100::lab {
+
+/// 97.5 % quantile of Student's t (Abramowitz and Stegun 26.7.5): exact to 1 % from three degrees of freedom on.
+inline double student_t(double degrees) {
+  return 1.959964 + (2.3723 + (2.8225 + 2.5559 / degrees) / degrees) / degrees;
+}
 
 /// A number and its 95 % interval. Both ends are NaN where too few values were measured for an interval.
 struct Interval {
@@ -63,13 +67,11 @@ struct PairedErrors {
 
 /// The rule of PairedErrors::verdict() in one sentence, which stands beside every verdict.
 inline std::string paired_rule() {
-  char text[320];
-  std::snprintf(text, sizeof text,
-                "Rule for pairs of flights, in this order: fewer than %d pairs: cannot tell; the 95 %% interval of the "
-                "difference (after minus before) inside +-%.0f %% of before: no difference; below zero: better; above "
-                "zero: worse; otherwise: cannot tell.",
-                kMinPairs, 100.0 * kNoDifference);
-  return text;
+  return printed(
+      "Rule for pairs of flights, in this order: fewer than %d pairs: cannot tell; the 95 %% interval of the "
+      "difference (after minus before) inside +-%.0f %% of before: no difference; below zero: better; above "
+      "zero: worse; otherwise: cannot tell.",
+      kMinPairs, 100.0 * kNoDifference);
 }
 
 /// Precondition: as many errors before as after, pair by pair.
@@ -85,15 +87,12 @@ inline std::string describe(const PairedErrors& errors) {
   // Adding 0.0 turns -0.0 into 0.0, which is printed without that sign.
   const auto rounded = [](double m) { return std::round(1e4 * m) / 1e4 + 0.0; };
   const auto& [value, low, high] = errors.difference_m;
-  char interval[80] = ", of which the spread is not known";
-  if (std::isfinite(low)) {
-    std::snprintf(interval, sizeof interval, ", %+.4f [%+.4f, %+.4f]", rounded(value), rounded(low), rounded(high));
-  }
-  char text[200];
-  std::snprintf(text, sizeof text, "%.4f -> %.4f m%s: %s (%d %s)", errors.before_m, errors.after_m, interval,
-                errors.verdict(), errors.flights,
-                errors.flights == 1 ? "pair: the interval is the spread inside its two flights" : "pairs");
-  return text;
+  const std::string interval = std::isfinite(low)
+                                   ? printed(", %+.4f [%+.4f, %+.4f]", rounded(value), rounded(low), rounded(high))
+                                   : ", of which the spread is not known";
+  return printed("%.4f -> %.4f m%s: %s (%d %s)", errors.before_m, errors.after_m, interval.c_str(), errors.verdict(),
+                 errors.flights,
+                 errors.flights == 1 ? "pair: the interval is the spread inside its two flights" : "pairs");
 }
 
 }  // namespace m100::lab

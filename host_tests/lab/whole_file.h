@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <fstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "firmware/companion/files/text/regular_file.h"
@@ -24,6 +26,15 @@ inline std::string whole_file(const std::string& file, std::uintmax_t most = com
     throw InputError(file, 0, "", content.why_not);
   }
   return std::move(content.bytes);
+}
+
+/// Writes a file. @param option  names it in the message. @throws InputError if it cannot be written completely.
+inline void write_whole_file(const std::string& file, std::string_view bytes, const std::string& option = "") {
+  std::ofstream out(file, std::ios::binary);
+  out << bytes;
+  if (!out.flush()) {
+    throw InputError(file, 0, option, "cannot be written");
+  }
 }
 
 }  // namespace m100::lab

@@ -29,21 +29,12 @@ namespace {
 constexpr std::uint32_t kPoseBaud = 115200;
 
 /// Our end of a line: a pseudo-terminal that we create, or a simulated port, whose host keeps the time.
-class SerialEnd {
- public:
-  SerialEnd(const std::string& name, std::uint32_t baud) {
-    if (hal::is_simulated(name)) {
-      simulated_.emplace(name, baud == 0 ? kPoseBaud : baud);
-    } else {
-      pty_.emplace(name, baud);
-    }
+std::shared_ptr<hal::Uart> serial_end(const std::string& name, std::uint32_t baud) {
+  if (hal::is_simulated(name)) {
+    return std::make_shared<hal::SerialPort>(name, baud == 0 ? kPoseBaud : baud);
   }
-  hal::Uart& uart() { return pty_ ? static_cast<hal::Uart&>(*pty_) : static_cast<hal::Uart&>(*simulated_); }
-
- private:
-  std::optional<sim::PtyUart> pty_;
-  std::optional<hal::SerialPort> simulated_;
-};
+  return std::make_shared<sim::PtyUart>(name, baud);
+}
 
 /// Our own simulated ports: programs that open SOCKET and SOCKET.pose share our time, which starts with the first one
 /// and, without --duration, stands still kRunOn after the last one has left.
@@ -238,13 +229,13 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
   }
   const std::string name = own_world ? "sim:" + options.simulated + ".n1" : options.pty;
   const std::string pose_name = own_world ? "sim:" + options.simulated + ".n1.pose" : options.pose_pty;
-  SerialEnd line(name, options.baud);
+  const std::shared_ptr<hal::Uart> line = serial_end(name, options.baud);
   std::optional<EventFile> events;  // after the line: if the line fails, the events of an earlier run are kept
   if (!options.events.empty()) {
     const bool is_simulated = hal::is_simulated(name);  // also if another program keeps the time
     events.emplace(options.events, is_simulated ? EventFile::WriteMode::kAtOnce : EventFile::WriteMode::kInAThread);
   }
-  sim::N1Autopilot autopilot(line.uart(), vehicle, config);
+  sim::N1Autopilot autopilot(*line, vehicle, config);
   autopilot.happen(sim::N1EventKind::kLoss, options.loss);
   if (events) {
     autopilot.on_event([&](const sim::N1Event& event) { events->write(event); });
@@ -254,11 +245,11 @@ void run_on_line(const Options& options, const sim::Plant& plant, const sim::N1C
                               .pitch_vrc = 1024.0 + plant.pitch.trim_counts,
                               .throttle_vrc = 1024.0 + plant.climb.trim_counts,
                               .yaw_vrc = 1024.0 + plant.yaw_rate.trim_counts});
-  std::optional<SerialEnd> pose_line;
+  std::shared_ptr<hal::Uart> pose_line;
   std::optional<sim::PoseSender> pose;
   if (!pose_name.empty()) {
-    pose_line.emplace(pose_name, hal::is_simulated(pose_name) ? kPoseBaud : 0);
-    pose.emplace(pose_line->uart(), plant, options.seed);
+    pose_line = serial_end(pose_name, hal::is_simulated(pose_name) ? kPoseBaud : 0);
+    pose.emplace(*pose_line, plant, options.seed);
   }
   std::cout << "autopilot on " << (own_world ? "sim:" + options.simulated : options.pty) << ", " << options.baud
             << " baud, mode switch at " << options.mode << std::endl;

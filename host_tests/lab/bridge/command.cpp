@@ -153,13 +153,14 @@ class Packets final : public Source {
     for (ssize_t size = receive(packet); size >= 0; size = receive(packet)) {
       ++counts.packets;
       const auto bytes = std::span<const std::byte>(packet).first(static_cast<std::size_t>(size));
-      const auto pose = bridge::parse_packet(bytes);
-      if (pose && sender_.sin_addr.s_addr == from_.s_addr) {
+      link::PoseFault fault = link::PoseFault::kNone;
+      const auto pose = bridge::parse_packet(bytes, &fault);
+      const bool is_ours = sender_.sin_addr.s_addr == from_.s_addr;
+      if (pose && is_ours) {
         use(*pose);
       } else {
         ++counts.refused;
-        const bool is_ours = sender_.sin_addr.s_addr == from_.s_addr;
-        ++(is_ours ? counts.faults[static_cast<std::size_t>(bridge::fault_of(bytes))] : counts.strangers);
+        ++(is_ours ? counts.faults[static_cast<std::size_t>(fault)] : counts.strangers);
       }
     }
     return true;
@@ -177,10 +178,10 @@ class Packets final : public Source {
 
 class Vrpn final : public Source {
  public:
-  Vrpn(const bridge::VrpnName& name, int sensor) : stream_(name.tracker, sensor), source_(name) {}
-  int descriptor() const override { return source_.descriptor(); }
+  Vrpn(const bridge::VrpnName& name, int sensor) : stream_(name.tracker, sensor), connection_(bridge::connect(name)) {}
+  int descriptor() const override { return connection_.number; }
   bool read(Counts& counts, const bridge::VrpnStream::Use& use) override {
-    const bool goes_on = source_.read(stream_, use);
+    const bool goes_on = bridge::read(connection_, stream_, use);
     counts.packets = stream_.messages();
     counts.refused = stream_.passed_over();
     if (!goes_on) {
@@ -192,7 +193,7 @@ class Vrpn final : public Source {
 
  private:
   bridge::VrpnStream stream_;
-  bridge::VrpnSource source_;
+  Descriptor connection_;
 };
 
 std::unique_ptr<Source> source_of(const BridgeOptions& options) {

@@ -56,18 +56,7 @@ std::optional<Axes> axes_of(std::string_view word) {
                          : std::nullopt;
 }
 
-bool is_plausible(const PlainPose& pose) {
-  const core::Quaternion<double>& q = pose.body_to_world;
-  const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  const auto near = [](double value) { return value >= -kFarthest_m && value <= kFarthest_m; };
-  // A comparison with NaN is false.
-  return pose.t_s >= 0.0 && pose.t_s <= kLatest_s && near(pose.position_m.x()) && near(pose.position_m.y()) &&
-         near(pose.position_m.z()) && squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError;
-}
-
-namespace {
-
-std::optional<PlainPose> numbers_of(std::span<const std::byte> packet) {
+std::optional<PlainPose> parse_packet(std::span<const std::byte> packet, link::PoseFault* fault) {
   // Text first: a packet of 64 bytes may be text, but doubles of a plausible pose never look like text of numbers.
   std::optional<Numbers> read = of_text({reinterpret_cast<const char*>(packet.data()), packet.size()});
   if (!read && packet.size() == kNumbers * sizeof(double)) {
@@ -77,34 +66,30 @@ std::optional<PlainPose> numbers_of(std::span<const std::byte> packet) {
     return {};
   }
   const auto& [t, x, y, z, qw, qx, qy, qz] = *read;
-  return PlainPose{.t_s = t, .position_m = {x, y, z}, .body_to_world = {qw, qx, qy, qz}};
-}
-
-}  // namespace
-
-std::optional<PlainPose> parse_packet(std::span<const std::byte> packet) {
-  const std::optional<PlainPose> pose = numbers_of(packet);
-  return pose && is_plausible(*pose) ? pose : std::nullopt;
-}
-
-link::PoseFault fault_of(std::span<const std::byte> packet) {
-  using link::PoseFault;
-  const std::optional<PlainPose> pose = numbers_of(packet);
-  if (!pose || is_plausible(*pose)) {
-    return PoseFault::kNone;
+  const PlainPose pose{.t_s = t, .position_m = {x, y, z}, .body_to_world = {qw, qx, qy, qz}};
+  const link::PoseFault found = fault_of(pose);
+  if (fault != nullptr) {
+    *fault = found;
   }
-  const core::Quaternion<double>& q = pose->body_to_world;
+  return found == link::PoseFault::kNone ? std::optional(pose) : std::nullopt;
+}
+
+link::PoseFault fault_of(const PlainPose& pose) {
+  using link::PoseFault;
+  const core::Quaternion<double>& q = pose.body_to_world;
   const double squared = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  if (!std::isfinite(squared + pose->position_m.sum() + pose->t_s)) {
+  if (!std::isfinite(squared + pose.position_m.sum() + pose.t_s)) {
     return PoseFault::kNotFinite;
   }
-  if (squared <= 0.0 && pose->position_m.isZero(0.0)) {
+  if (squared <= 0.0 && pose.position_m.isZero(0.0)) {
     return PoseFault::kZeros;
   }
   if (!(squared >= 1.0 - kLengthError && squared <= 1.0 + kLengthError)) {
     return PoseFault::kQuaternion;
   }
-  return pose->t_s > kLatest_s || pose->t_s < 0.0 ? PoseFault::kFastStamp : PoseFault::kMillimetres;
+  return pose.t_s > kLatest_s || pose.t_s < 0.0                ? PoseFault::kFastStamp
+         : pose.position_m.cwiseAbs().maxCoeff() > kFarthest_m ? PoseFault::kMillimetres
+                                                               : PoseFault::kNone;
 }
 
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec) {

@@ -29,15 +29,14 @@ enum class Axes {
 };
 std::optional<Axes> axes_of(std::string_view word);
 
-/// Whether all numbers are finite, each coordinate is within 1 km, the quaternion's length is 1 within 1 %, and the
-/// time is between 0 and 285 years.
-bool is_plausible(const PlainPose& pose);
+/// kNone: all numbers are finite, each coordinate is within 1 km, the quaternion's length is 1 within 1 %, and the time
+/// is between 0 and 285 years.
+link::PoseFault fault_of(const PlainPose& pose);
 
 /// Reads a packet: eight numbers as text separated by spaces or commas, or as 64 bytes of doubles, little endian.
-/// @returns nothing if there are fewer or more numbers, or if the pose is not is_plausible().
-std::optional<PlainPose> parse_packet(std::span<const std::byte> packet);
-/// Why parse_packet() returns nothing; kNone: the packet is not eight numbers, or parse_packet() accepts it.
-link::PoseFault fault_of(std::span<const std::byte> packet);
+/// @returns nothing if there are fewer or more numbers, or if the pose has a fault.
+/// @param fault receives, if not null, the pose's fault; unchanged if the packet is not eight numbers.
+std::optional<PlainPose> parse_packet(std::span<const std::byte> packet, link::PoseFault* fault = nullptr);
 
 /// The pose as MAVLink message: NED and FRD, no covariance. @param time_usec time of capture to send [us].
 mavlink::AttPosMocap message_of(const PlainPose& pose, Axes axes, std::uint64_t time_usec);

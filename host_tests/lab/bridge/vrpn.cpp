@@ -100,7 +100,7 @@ void VrpnStream::take(std::span<const std::byte> message, const Use& use) {
                        .body_to_world = {number(6), number(3), number(4), number(5)}};
   const bool is_wanted =
       from != senders_.end() && from->second == tracker_ && big_endian<std::int32_t>(body, 0) == sensor_;
-  if (is_wanted && is_plausible(pose)) {
+  if (is_wanted && fault_of(pose) == link::PoseFault::kNone) {
     use(pose);
   } else {
     ++passed_over_;

@@ -40,7 +40,7 @@ class VrpnStream {
   /// @param use is called with each plausible pose of that sensor. @returns false: the stream is not VRPN.
   bool consume(std::span<const std::byte> bytes, const Use& use);
   std::uint64_t messages() const { return messages_; }
-  /// The number of poses of other trackers or sensors, and of poses that are not is_plausible().
+  /// The number of poses of other trackers or sensors, and of poses that have a fault (fault_of()).
   std::uint64_t passed_over() const { return passed_over_; }
   /// The senders, trackers among them, that the server has named, for a message about a wrong name.
   std::vector<std::string> senders() const;

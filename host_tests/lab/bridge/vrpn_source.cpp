@@ -22,16 +22,6 @@ constexpr int kTries = 10;  ///< a second each
   throw InputError("--vrpn", 0, "", name.tracker + "@" + name.host + ":" + std::to_string(name.port) + ": " + what);
 }
 
-sockaddr_in address_of(const VrpnName& name) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(name.port);
-  if (inet_pton(AF_INET, name.host.c_str(), &address.sin_addr) != 1) {
-    fail(name, "is not an IPv4 address");
-  }
-  return address;
-}
-
 /// This machine's address on the route to the server, as text.
 std::string own_address(int socket) {
   sockaddr_in own{};
@@ -41,8 +31,30 @@ std::string own_address(int socket) {
   return inet_ntop(AF_INET, &own.sin_addr, text.data(), text.size()) == nullptr ? "" : text.data();
 }
 
+}  // namespace
+
+VrpnName vrpn_name(const std::string& text) {
+  const std::size_t at = text.find('@');
+  VrpnName name;
+  name.tracker = text.substr(0, at);
+  name.host = at == std::string::npos ? "" : text.substr(at + 1);
+  if (const std::size_t colon = name.host.find(':'); colon != std::string::npos) {
+    const std::optional<std::uint16_t> port = hal::udp_port_of("udp:" + name.host.substr(colon + 1));
+    name.host.resize(colon);
+    name.port = port.value_or(0);
+  }
+  in_addr address{};
+  if (name.tracker.empty() || name.port == 0 || inet_pton(AF_INET, name.host.c_str(), &address) != 1) {
+    throw InputError("--vrpn", 0, "", text + " is not TRACKER@HOST or TRACKER@HOST:PORT, HOST an IPv4 address");
+  }
+  return name;
+}
+
 hal::Descriptor connect(const VrpnName& name) {
-  const sockaddr_in server = address_of(name);
+  sockaddr_in server{};
+  server.sin_family = AF_INET;
+  server.sin_port = htons(name.port);
+  (void)inet_pton(AF_INET, name.host.c_str(), &server.sin_addr);  // vrpn_name() has checked it
   const hal::Descriptor asks(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   const hal::Descriptor waits(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   sockaddr_in any{};
@@ -69,31 +81,10 @@ hal::Descriptor connect(const VrpnName& name) {
   fail(name, "no server answered");
 }
 
-}  // namespace
-
-VrpnName vrpn_name(const std::string& text) {
-  const std::size_t at = text.find('@');
-  VrpnName name;
-  name.tracker = text.substr(0, at);
-  name.host = at == std::string::npos ? "" : text.substr(at + 1);
-  if (const std::size_t colon = name.host.find(':'); colon != std::string::npos) {
-    const std::optional<std::uint16_t> port = hal::udp_port_of("udp:" + name.host.substr(colon + 1));
-    name.host.resize(colon);
-    name.port = port.value_or(0);
-  }
-  in_addr address{};
-  if (name.tracker.empty() || name.port == 0 || inet_pton(AF_INET, name.host.c_str(), &address) != 1) {
-    throw InputError("--vrpn", 0, "", text + " is not TRACKER@HOST or TRACKER@HOST:PORT, HOST an IPv4 address");
-  }
-  return name;
-}
-
-VrpnSource::VrpnSource(const VrpnName& name) : connection_(connect(name)) {}
-
-bool VrpnSource::read(VrpnStream& stream, const VrpnStream::Use& use) const {
+bool read(const hal::Descriptor& connection, VrpnStream& stream, const VrpnStream::Use& use) {
   std::array<std::byte, 4096> bytes{};
   for (;;) {  // until nothing waits
-    const ssize_t size = ::recv(connection_.number, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    const ssize_t size = ::recv(connection.number, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (size < 0) {
       return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
     }

@@ -18,17 +18,10 @@ struct VrpnName {
 /// @throws InputError
 VrpnName vrpn_name(const std::string& text);
 
-/// A connection to a VRPN server: requested by UDP, then opened by the server over TCP.
-class VrpnSource {
- public:
-  /// Waits up to ten seconds for the server. @throws InputError: it did not answer, or there is no route to it.
-  explicit VrpnSource(const VrpnName& name);
-  int descriptor() const { return connection_.number; }
-  /// Reads the bytes that have arrived. @returns false: the connection has ended, or the server does not speak VRPN.
-  bool read(VrpnStream& stream, const VrpnStream::Use& use) const;
-
- private:
-  hal::Descriptor connection_;
-};
+/// A connection to a VRPN server: requested by UDP, then opened by the server over TCP. Waits up to ten seconds for the
+/// server. @throws InputError: it did not answer, or there is no route to it.
+hal::Descriptor connect(const VrpnName& name);
+/// Reads the bytes that have arrived. @returns false: the connection has ended, or the server does not speak VRPN.
+bool read(const hal::Descriptor& connection, VrpnStream& stream, const VrpnStream::Use& use);
 
 }  // namespace m100::lab::bridge

@@ -11,10 +11,8 @@ namespace {
 
 /// Names a flight, for the beginning of the message about its failed physics program.
 std::string where(const Campaign& campaign, std::size_t number) {
-  const std::size_t task = number / campaign.flights;
-  return campaign.worlds[task / campaign.tasks.size()].path + ": " +
-         std::string(campaign.tasks[task % campaign.tasks.size()].name) + ", seed " +
-         std::to_string(campaign.first_seed + number % campaign.flights) + ": ";
+  return campaign.world_of(number).path + ": " + std::string(campaign.task_of(number).name) + ", seed " +
+         std::to_string(campaign.seed_of(number)) + ": ";
 }
 
 }  // namespace
@@ -31,10 +29,8 @@ std::vector<Flown> fly(const Campaign& campaign, const Share& share, std::size_t
   std::mutex counting;
   std::exception_ptr wrong;
   const auto fly_number = [&](std::size_t number, sim::BodyJob& body) {
-    const std::size_t task = number / campaign.flights;
-    return fly_one(campaign.worlds[task / campaign.tasks.size()].plant, campaign.tasks[task % campaign.tasks.size()],
-                   campaign.first_seed + number % campaign.flights, campaign.settings,
-                   campaign.settings.body.is_identified() ? nullptr : &body);
+    return fly_one(campaign.world_of(number).plant, campaign.task_of(number), campaign.seed_of(number),
+                   campaign.settings, campaign.settings.body.is_identified() ? nullptr : &body);
   };
   const auto work = [&] {
     sim::BodyJob body(campaign.settings.body);

@@ -34,6 +34,9 @@ struct Campaign {
   std::vector<std::string> options{};  ///< command-line words that repeat the settings
 
   std::size_t size() const { return worlds.size() * tasks.size() * flights; }
+  const World& world_of(std::size_t flight) const { return worlds[flight / flights / tasks.size()]; }
+  const Task& task_of(std::size_t flight) const { return tasks[flight / flights % tasks.size()]; }
+  std::uint64_t seed_of(std::size_t flight) const { return first_seed + flight % flights; }
 };
 
 /// One flight of a campaign.

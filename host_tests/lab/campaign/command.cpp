@@ -22,6 +22,7 @@
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/body/body_plant.h"
@@ -92,15 +93,15 @@ Campaign campaign_of(const Options& options) {
   out.tasks = tasks_of(options.tasks);
   out.first_seed = options.seed;
   out.flights = options.flights;
-  out.settings.vehicle = companion::in_mode(
+  out.settings.plan.vehicle = companion::in_mode(
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
       mode_of(options.mode));
-  out.settings.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
-  out.settings.rate_hz = options.rate_hz;
-  out.settings.law = law_of(options.law);
+  out.settings.plan.channel = options.channel == "movement" ? link::Channel::kMovement : link::Channel::kVirtualRc;
+  out.settings.plan.rate_hz = options.rate_hz;
+  out.settings.plan.law = law_of(options.law);
   out.settings.paper_law = options.law == kPaperLaw;
   out.settings.body = options.body;
-  if (!link::command_period({.channel = out.settings.channel, .rate_hz = options.rate_hz})) {
+  if (!link::command_period({.channel = out.settings.plan.channel, .rate_hz = options.rate_hz})) {
     throw InputError("--rate", 0, "", "outside the window of the channel: virtual_rc 5 to 25 Hz, movement 1 to 50 Hz");
   }
   const auto repeat = [&out](const char* option, const std::string& value, bool wanted) {
@@ -108,14 +109,12 @@ Campaign campaign_of(const Options& options) {
       out.options.insert(out.options.end(), {option, value});
     }
   };
-  std::ostringstream rate;
-  rate << options.rate_hz;
   repeat("--vehicle", options.vehicle, !options.vehicle.empty());
   repeat("--plant-from", options.plant_from, !options.plant_from.empty());
   repeat("--law", options.law, options.law != "mpc");
   repeat("--mode", options.mode, options.mode != "field");
   repeat("--channel", options.channel, options.channel != "virtual_rc");
-  repeat("--rate", rate.str(), options.rate_hz > 0.0);
+  repeat("--rate", printed("%g", options.rate_hz), options.rate_hz > 0.0);
   repeat("--body", options.body.body, options.body.body != "identified");
   repeat("--body-command", options.body.command, !options.body.command.empty());
   return out;

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "firmware/core/maths.h"
 #include "firmware/safety/failsafe.h"
 #include "host_tests/lab/campaign/oscillation.h"
 #include "host_tests/lab/experiments/score.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::campaign {
 namespace {
@@ -19,33 +19,22 @@ using experiments::TracePoint;
 using safety::FailsafeState;
 
 FlightPlan plan_of(const sim::Plant& world, const Task& task, std::uint64_t seed, const Settings& settings) {
-  FlightPlan plan;
+  FlightPlan plan = settings.plan;
   plan.plant = world;
-  plan.vehicle = settings.vehicle;
   plan.course = task.course;
   plan.duration_s = task.duration_s;
   plan.seed = seed;
-  plan.channel = settings.channel;
-  plan.rate_hz = settings.rate_hz;
-  plan.law = settings.law;
   plan.pilot_holds_position = true;
   plan.flight_file = flight_file_of(task, sim::WorldOptions{}.position_w_m.z());
   return settings.paper_law ? in_paper_configuration(plan) : plan;
 }
 
-std::string two_digits(double value) {
-  std::ostringstream out;
-  out.precision(2);
-  out << std::fixed << value;
-  return out.str();
-}
-
 /// The coordinate by which the aircraft is outside the fence, as a sentence; empty: it is inside.
 std::string breached_limit(const TracePoint& point, const FlightResult& flight, const companion::FlightFile& file) {
   const auto beyond = [](const char* axis, double value, const companion::Range& range) {
-    return range.contains(value) ? std::string()
-                                 : std::string(axis) + " = " + two_digits(value) + " m is outside the fence [" +
-                                       two_digits(range.low) + ", " + two_digits(range.high) + "]";
+    return range.contains(value)
+               ? std::string()
+               : printed("%s = %.2f m is outside the fence [%.2f, %.2f]", axis, value, range.low, range.high);
   };
   std::string x = beyond("x", point.position_m[0] - flight.start.position_w_m.x(), file.fence_x_m);
   std::string y = beyond("y", point.position_m[1] - flight.start.position_w_m.y(), file.fence_y_m);

@@ -38,11 +38,8 @@ struct Outcome {
 
 /// How all flights of a campaign are flown.
 struct Settings {
-  companion::VehicleFile vehicle;
-  link::Channel channel = link::Channel::kVirtualRc;
-  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel, its highest
-  mpc::Law law = mpc::Law::kMpc;
-  bool paper_law = false;  ///< flies experiments::in_paper_configuration()
+  experiments::FlightPlan plan;  ///< what they have in common; world and task give the rest
+  bool paper_law = false;        ///< flies experiments::in_paper_configuration()
   sim::BodyChoice
       body{};  ///< the aircraft of every flight but the reference flights, which the identified response flies
 };

@@ -36,12 +36,11 @@ Json spread(const std::vector<double>& values) {
 }
 
 Json json_of(const Campaign& campaign, const Flown& flown) {
-  const std::size_t task = flown.number / campaign.flights;
   const Outcome& out = flown.outcome;
   return {{"number", flown.number},
-          {"world", campaign.worlds[task / campaign.tasks.size()].name},
-          {"task", campaign.tasks[task % campaign.tasks.size()].name},
-          {"seed", campaign.first_seed + flown.number % campaign.flights},
+          {"world", campaign.world_of(flown.number).name},
+          {"task", campaign.task_of(flown.number).name},
+          {"seed", campaign.seed_of(flown.number)},
           {"scored", out.scored},
           {"stayed", out.stayed},
           {"coasted", out.coasted},
@@ -202,7 +201,7 @@ Json settings_json(const Campaign& campaign) {
   for (const Task& task : campaign.tasks) {
     tasks.push_back(task.name);
   }
-  const auto digest = core::hex(campaign.settings.vehicle.digest);
+  const auto digest = core::hex(campaign.settings.plan.vehicle.digest);
   return {{"worlds", worlds},
           {"tasks", tasks},
           {"first_seed", campaign.first_seed},

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // m100-lab course: draws a course before a flight, and reports its demands and whether it can be flown.
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -19,6 +17,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 #include "host_tests/lab/whole_file.h"
 
@@ -36,14 +35,6 @@ struct Drawn {
 };
 
 std::string stem(const std::string& file) { return std::filesystem::path(file).stem().string(); }
-
-void write_svg(const std::string& file, const std::string& svg) {
-  std::ofstream out(file);
-  out << svg;
-  if (!out.flush()) {
-    throw InputError(file, 0, "--out", "cannot be written");
-  }
-}
 
 /// Why the course cannot be flown, inside the fence of a flight file too; empty: it can. It is checked from `start`.
 std::string refusal(const ref::Trajectory<double>& laid, const std::vector<companion::CoursePiece>& pieces,
@@ -79,7 +70,8 @@ Drawn draw(const std::string& file, const Options& options, const std::optional<
   out.why_not = refusal(*laid, pieces, start, limits, flight, file);
   if (!options.out.empty()) {
     const std::string name = printable(stem(file), 40) + (out.why_not.empty() ? "" : ": cannot be flown");
-    write_svg(options.out + "/" + stem(file) + ".svg", course::picture(name, *laid, pieces, start, limits, flight));
+    write_whole_file(options.out + "/" + stem(file) + ".svg",
+                     course::picture(name, *laid, pieces, start, limits, flight), "--out");
   }
   return out;
 }
@@ -104,11 +96,10 @@ Json to_json(const Drawn& drawn) {
 
 void say(const Drawn& drawn) {
   const course::Summary& s = drawn.summary;
-  char line[200];
-  std::snprintf(line, sizeof line, "%.1f s, %.1f m, at most %.2f m/s, %.2f m/s^2, %.1f deg of tilt, %.0f deg/s of yaw",
-                s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2,
-                core::kRadian_deg * s.most.tilt_rad, core::kRadian_deg * s.most.yaw_rate_rad_s);
-  std::cout << printable(drawn.file) << ": " << line << "\n";
+  std::cout << printable(drawn.file)
+            << printed(": %.1f s, %.1f m, at most %.2f m/s, %.2f m/s^2, %.1f deg of tilt, %.0f deg/s of yaw\n",
+                       s.duration_s, s.length_m, s.most.speed_m_s, s.most.acceleration_m_s2,
+                       core::kRadian_deg * s.most.tilt_rad, core::kRadian_deg * s.most.yaw_rate_rad_s);
   if (!drawn.why_not.empty()) {
     std::cout << "  cannot be flown: " << printable(drawn.why_not) << "\n";
   }

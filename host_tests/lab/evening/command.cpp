@@ -289,23 +289,9 @@ class Evening {
 
 /// Replaces the settings of the folder by those that the command line gives.
 void take_given(const companion::Subcommand& command, const evening::Settings& from, evening::Settings& to) {
-  const auto take = [&](const char* option, const auto& given, auto& into) {
-    into = command.is_given(option) ? given : into;
-  };
-  take("--port", from.port, to.port);
-  take("--baud", from.baud, to.baud);
-  take("--app-id", from.app_id, to.app_id);
-  take("--flights", from.flights, to.flights);
-  take("--key-file", from.key_file, to.key_file);
-  take("--m100", from.m100, to.m100);
-  take("--keep-worse", from.keep_worse, to.keep_worse);
-  take("--pose-port", from.pose.port, to.pose.port);
-  take("--pose-baud", from.pose.baud, to.pose.baud);
-  take("--pose-from", from.pose.from, to.pose.from);
-  take("--set-points-from", from.pose.set_points_from, to.pose.set_points_from);
-  take("--mavlink-key", from.pose.key_file, to.pose.key_file);
-  take("--accept-clock", from.pose.accept_clock, to.pose.accept_clock);
-  take("--bridge", from.bridge, to.bridge);
+  evening::for_each_setting([&](const char* option, const char*, bool, const auto& member) {
+    member(to) = command.is_given(option) ? member(from) : member(to);
+  });
 }
 
 void run(const companion::Subcommand& command, const EveningOptions& options) {

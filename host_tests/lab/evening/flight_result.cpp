@@ -33,6 +33,35 @@ ref_yaw = "tick.ref_yaw"
 yaw = "tick.pose_yaw"
 )";
 
+/// Root mean square of the pose's heading minus the reference at the pose's time of capture.
+double heading_error_deg(const Folder& folder, const std::string& name) {
+  constexpr double kMaxAge_s = 0.5;
+  const std::pair<double, double> flown = nominal(result_of(folder, name + ".json"));
+  const logs::FlightLog flight = tracked(folder, name + ".ulg");
+  double sum_rad2 = 0.0;
+  double count = 0.0;
+  const auto first = static_cast<std::size_t>(kMaxAge_s / flight.period_s) + 1;
+  for (std::size_t k = std::max(first, flight.index_of(flown.first + kSettled_s)); k < flight.index_of(flown.second);
+       ++k) {
+    const auto ago = static_cast<std::size_t>(std::clamp(flight.extra.at("age")[k], 0.0, kMaxAge_s) / flight.period_s);
+    const double heading_rad = flight.extra.at("yaw")[k] - flight.extra.at("ref_yaw")[k - ago];
+    sum_rad2 += std::pow(std::remainder(heading_rad, 2.0 * std::numbers::pi), 2);
+    count += 1.0;
+  }
+  return count > 0.0 ? std::sqrt(sum_rad2 / count) * core::kRadian_deg : 0.0;
+}
+
+/// The name of the log note that holds a file which the flight read; empty: none does.
+std::string note_of(const std::string& file) {
+  if (file == "flight.toml") {
+    return companion::kFlightNote;
+  }
+  if (file == "course.txt") {
+    return companion::kCourseNote;
+  }
+  return file.ends_with(".toml") ? companion::kVehicleNote : "";
+}
+
 }  // namespace
 
 Json result_of(const Folder& folder, const std::string& result) {
@@ -74,28 +103,6 @@ logs::FlightLog tracked(const Folder& folder, const std::string& log) {
   return logs::load(*logs::open_log(folder.file(log)), logs::parse_column_map(kTrackingMap, "(heading and tilt)"));
 }
 
-namespace {
-
-/// Root mean square of the pose's heading minus the reference at the pose's time of capture.
-double heading_error_deg(const Folder& folder, const std::string& name) {
-  constexpr double kMaxAge_s = 0.5;
-  const std::pair<double, double> flown = nominal(result_of(folder, name + ".json"));
-  const logs::FlightLog flight = tracked(folder, name + ".ulg");
-  double sum_rad2 = 0.0;
-  double count = 0.0;
-  const auto first = static_cast<std::size_t>(kMaxAge_s / flight.period_s) + 1;
-  for (std::size_t k = std::max(first, flight.index_of(flown.first + kSettled_s)); k < flight.index_of(flown.second);
-       ++k) {
-    const auto ago = static_cast<std::size_t>(std::clamp(flight.extra.at("age")[k], 0.0, kMaxAge_s) / flight.period_s);
-    const double heading_rad = flight.extra.at("yaw")[k] - flight.extra.at("ref_yaw")[k - ago];
-    sum_rad2 += std::pow(std::remainder(heading_rad, 2.0 * std::numbers::pi), 2);
-    count += 1.0;
-  }
-  return count > 0.0 ? std::sqrt(sum_rad2 / count) * core::kRadian_deg : 0.0;
-}
-
-}  // namespace
-
 bool record_errors(Folder& folder, const std::string& name) {
   const std::vector<flight::TrackingError> errors =
       flight::tracking_errors(flight::read_series(folder.file(name + ".ulg"), nullptr));
@@ -117,21 +124,6 @@ bool record_errors(Folder& folder, const std::string& name) {
   folder.set_number("heading_deg." + name, heading_error_deg(folder, name));
   return true;
 }
-
-namespace {
-
-/// The name of the log note that holds a file which the flight read; empty: none does.
-std::string note_of(const std::string& file) {
-  if (file == "flight.toml") {
-    return companion::kFlightNote;
-  }
-  if (file == "course.txt") {
-    return companion::kCourseNote;
-  }
-  return file.ends_with(".toml") ? companion::kVehicleNote : "";
-}
-
-}  // namespace
 
 std::string differing_input(const Folder& folder, const std::string& name, const std::vector<std::string>& reads) {
   const std::string log = name + ".ulg";

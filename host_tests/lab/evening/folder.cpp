@@ -22,42 +22,17 @@ constexpr const char* kStateFile = "evening.json";
 constexpr const char* kFormat = "m100-evening-1";
 
 Json to_json(const Settings& settings) {
-  return {{"port", settings.port},
-          {"pose_port", settings.pose.port},
-          {"baud", settings.baud},
-          {"pose_baud", settings.pose.baud},
-          {"pose_from", settings.pose.from},
-          {"set_points_from", settings.pose.set_points_from},
-          {"mavlink_key", settings.pose.key_file},
-          {"accept_clock", settings.pose.accept_clock},
-          {"bridge", settings.bridge},
-          {"app_id", settings.app_id},
-          {"flights", settings.flights},
-          {"key_file", settings.key_file},
-          {"m100", settings.m100},
-          {"keep_worse", settings.keep_worse}};
+  Json out;
+  for_each_setting([&](const char*, const char* key, bool, const auto& member) { out[key] = member(settings); });
+  return out;
 }
 
-/// An older folder lacks the keys that are read with a default.
 Settings settings_of(const Json& json) {
   Settings out;
-  const auto read = [&json](const char* key, auto& value) {
-    value = json.at(key).get<std::remove_cvref_t<decltype(value)>>();
-  };
-  read("port", out.port);
-  read("pose_port", out.pose.port);
-  read("baud", out.baud);
-  read("pose_baud", out.pose.baud);
-  out.pose.from = json.value("pose_from", "");
-  out.pose.set_points_from = json.value("set_points_from", "");
-  out.pose.key_file = json.value("mavlink_key", "");
-  out.pose.accept_clock = json.value("accept_clock", false);
-  out.bridge = json.value("bridge", "");
-  read("app_id", out.app_id);
-  out.flights = json.value("flights", 1);
-  read("key_file", out.key_file);
-  read("m100", out.m100);
-  out.keep_worse = json.value("keep_worse", false);
+  for_each_setting([&](const char*, const char* key, bool is_old, const auto& member) {
+    auto& value = member(out);
+    value = is_old ? json.at(key).get<std::remove_cvref_t<decltype(value)>>() : json.value(key, value);
+  });
   return out;
 }
 

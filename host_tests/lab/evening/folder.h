@@ -25,6 +25,40 @@ struct Settings {
   bool keep_worse = false;    ///< takes the corrected law even if it is worse as flown
 };
 
+/// Calls use(option, key, is_old, member) for every setting: its option, its key in the state file, whether every state
+/// file has the key (an older one lacks the others), and a function from Settings to the member.
+template <typename Use>
+void for_each_setting(const Use& use) {
+  use(
+      "--port", "port", true, [](auto& of) -> auto& { return of.port; });
+  use(
+      "--pose-port", "pose_port", true, [](auto& of) -> auto& { return of.pose.port; });
+  use(
+      "--baud", "baud", true, [](auto& of) -> auto& { return of.baud; });
+  use(
+      "--pose-baud", "pose_baud", true, [](auto& of) -> auto& { return of.pose.baud; });
+  use(
+      "--pose-from", "pose_from", false, [](auto& of) -> auto& { return of.pose.from; });
+  use(
+      "--set-points-from", "set_points_from", false, [](auto& of) -> auto& { return of.pose.set_points_from; });
+  use(
+      "--mavlink-key", "mavlink_key", false, [](auto& of) -> auto& { return of.pose.key_file; });
+  use(
+      "--accept-clock", "accept_clock", false, [](auto& of) -> auto& { return of.pose.accept_clock; });
+  use(
+      "--bridge", "bridge", false, [](auto& of) -> auto& { return of.bridge; });
+  use(
+      "--app-id", "app_id", true, [](auto& of) -> auto& { return of.app_id; });
+  use(
+      "--flights", "flights", false, [](auto& of) -> auto& { return of.flights; });
+  use(
+      "--key-file", "key_file", true, [](auto& of) -> auto& { return of.key_file; });
+  use(
+      "--m100", "m100", true, [](auto& of) -> auto& { return of.m100; });
+  use(
+      "--keep-worse", "keep_worse", false, [](auto& of) -> auto& { return of.keep_worse; });
+}
+
 /// The board's commands are printed from these options, and must not be refused there. Errors: InputError.
 void check_ports(const Settings& settings);
 /// @returns the command that sends poses from this machine to the board; empty: none.
@@ -73,6 +107,8 @@ class Folder {
   /// Records by name a number that the evening has measured, computed or decided; save() writes it.
   void set_number(const std::string& name, double value) { numbers_[name] = value; }
   const std::map<std::string, double>& numbers() const { return numbers_; }
+  /// The number of that name; 0: none is recorded.
+  double number(const std::string& name) const { return numbers_.contains(name) ? numbers_.at(name) : 0.0; }
 
   /// Writes evening.json with write_file(). @param next the next step, for other programs.
   void save(const Json& next) const;

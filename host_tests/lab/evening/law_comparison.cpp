@@ -14,7 +14,6 @@
 #include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/ordered_margin.h"
-#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/vehicle_comparison.h"
 #include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/base_plant.h"
@@ -75,8 +74,7 @@ std::string margins_text(const Folder& folder, const char* name, const char* wor
   const double peak = folder.numbers().at(std::string("peak_sensitivity.") + name);
   const double delay_s = folder.numbers().at(std::string("delay_margin_s.") + name);
   return std::string(words) + ", on the corrected model, " + gains::words(gains::kVirtualRcTiming) + ": " +
-         (peak > 0.0 ? loop::two_numbers("peak sensitivity %.2f, delay margin %.0f ms", peak, 1e3 * delay_s)
-                     : "UNSTABLE");
+         (peak > 0.0 ? printed("peak sensitivity %.2f, delay margin %.0f ms", peak, 1e3 * delay_s) : "UNSTABLE");
 }
 
 /// The errors of the flights NAME, NAME_2, ... that were flown.

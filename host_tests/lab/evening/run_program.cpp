@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -45,6 +46,13 @@ int opened(const std::string& path, int flags, const char* what) {
   return descriptor;
 }
 
+/// A command's words as the system takes them, with the null at their end.
+std::vector<char*> pointers_to(std::vector<std::string>& words) {
+  std::vector<char*> out(words.size() + 1, nullptr);
+  std::ranges::transform(words, out.begin(), [](std::string& word) { return word.data(); });
+  return out;
+}
+
 /// Opens the folder that is locked. Errors: InputError.
 int opened_folder(const std::string& folder) {
   const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY);
@@ -58,12 +66,7 @@ int opened_folder(const std::string& folder) {
 
 int run_program(const std::vector<std::string>& command, const std::string& folder, const Streams& streams) {
   std::vector<std::string> words = command;
-  std::vector<char*> pointers;
-  pointers.reserve(words.size() + 1);
-  for (std::string& word : words) {
-    pointers.push_back(word.data());
-  }
-  pointers.push_back(nullptr);
+  const std::vector<char*> pointers = pointers_to(words);
   const std::string input = streams.in.empty() || streams.in[0] == '/' ? streams.in : folder + "/" + streams.in;
   const int in = opened(input, O_RDONLY, "read");
   const int out = opened(streams.out, O_WRONLY | O_CREAT | O_APPEND, "written");
@@ -114,11 +117,7 @@ SideProgram::SideProgram(std::vector<std::string> command, const std::string& fo
     const bool moved = chdir(folder.c_str()) == 0 && dup2(out, STDOUT_FILENO) >= 0 && dup2(out, STDERR_FILENO) >= 0;
     close_range(STDERR_FILENO + 1, ~0U, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    std::vector<char*> pointers;
-    for (std::string& word : command) {
-      pointers.push_back(word.data());
-    }
-    pointers.push_back(nullptr);
+    const std::vector<char*> pointers = pointers_to(command);
     if (moved) {
       execv(pointers[0], pointers.data());
     }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/aliases.h"
@@ -13,6 +12,7 @@
 #include "host_tests/lab/evening/steps.h"
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/flight_log.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::evening {
 namespace {
@@ -23,12 +23,7 @@ constexpr double kWorstFit_percent = 50.0;   ///< on the validation part; below 
 constexpr double kTrimmed_s = 5.0;           ///< the first seconds of a hover, not used for its mean sticks
 constexpr double kMaxWeightIncreases = 2.0;  ///< how often the input weight grows at most
 
-std::string rounded(double value) {
-  std::ostringstream out;
-  out.precision(3);
-  out << value;
-  return out.str();
-}
+std::string rounded(double value) { return printed("%.3g", value); }
 
 /// "60 counts (9 % of the stick)".
 std::string as_pilots_say(double counts) {
@@ -42,6 +37,34 @@ bool is_flight_by_law(const Folder& folder) {
     return std::find(columns.begin(), columns.end(), "tick.timestamp") != columns.end();
   } catch (const InputError&) {
     return false;
+  }
+}
+
+bool is_weight_at_limit(const Folder& folder) { return folder.number(kWeightIncreases) >= kMaxWeightIncreases; }
+
+/// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
+std::string increase_input_weight(Folder& folder, const std::string& seen) {
+  if (is_weight_at_limit(folder)) {
+    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
+  }
+  folder.set_number(kWeightIncreases, folder.number(kWeightIncreases) + 1.0);
+  folder.again("gains");
+  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
+}
+
+/// Records the mean sticks of the settled part of a hover: the present trims of the aircraft.
+void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
+  const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
+  const std::size_t last = flight.index_of(flown.second);
+  for (const auto& [signal, name] :
+       {std::pair{logs::Signal::kStickRoll, kTrimRoll}, std::pair{logs::Signal::kStickPitch, kTrimPitch}}) {
+    double sum = 0.0;
+    for (std::size_t k = first; k < last; ++k) {
+      sum += flight.of(signal)[k];
+    }
+    if (last > first) {
+      folder.set_number(name, sum / static_cast<double>(last - first));
+    }
   }
 }
 
@@ -132,43 +155,6 @@ std::string check_flight(const Folder& folder, const std::string& result) {
   return "";
 }
 
-namespace {
-
-double weight_increases(const Folder& folder) {
-  const auto before = folder.numbers().find(kWeightIncreases);
-  return before == folder.numbers().end() ? 0.0 : before->second;
-}
-
-bool is_weight_at_limit(const Folder& folder) { return weight_increases(folder) >= kMaxWeightIncreases; }
-
-/// Requests a larger input weight, if it may still grow, because the loop is too fast. @returns what the person reads
-std::string increase_input_weight(Folder& folder, const std::string& seen) {
-  if (is_weight_at_limit(folder)) {
-    return seen + ", also with the calmest weights. Check the delays in the log, and record a new flight by hand";
-  }
-  folder.set_number(kWeightIncreases, weight_increases(folder) + 1.0);
-  folder.again("gains");
-  return seen + ": its delay is longer than in the vehicle file. The weights are made calmer; then hover again";
-}
-
-/// Records the mean sticks of the settled part of a hover: the present trims of the aircraft.
-void record_trim(Folder& folder, const logs::FlightLog& flight, std::pair<double, double> flown) {
-  const std::size_t first = flight.index_of(flown.first + kTrimmed_s);
-  const std::size_t last = flight.index_of(flown.second);
-  for (const auto& [signal, name] :
-       {std::pair{logs::Signal::kStickRoll, kTrimRoll}, std::pair{logs::Signal::kStickPitch, kTrimPitch}}) {
-    double sum = 0.0;
-    for (std::size_t k = first; k < last; ++k) {
-      sum += flight.of(signal)[k];
-    }
-    if (last > first) {
-      folder.set_number(name, sum / static_cast<double>(last - first));
-    }
-  }
-}
-
-}  // namespace
-
 std::string check_hover(Folder& folder, const std::string& name) {
   const std::string result = name + ".json";
   if (std::string why = check_flight(folder, result); !why.empty()) {
@@ -233,7 +219,7 @@ std::string check_rates_excitation(Folder& folder, const std::string& result) {
                                   : result_json.value("excitation", Json::object())
                                         .value("abort", Json::object())
                                         .value("why", "control was lost");
-  const bool was_flown_before = folder.numbers().contains(kRatesNotFlown) && folder.numbers().at(kRatesNotFlown) > 0.0;
+  const bool was_flown_before = folder.number(kRatesNotFlown) > 0.0;
   folder.set_number(kRatesNotFlown, why.empty() ? 0.0 : was_flown_before ? 2.0 : 1.0);
   if (why.empty() || was_flown_before) {
     return "";  // the models of roll and pitch do not need these movements

@@ -2,13 +2,13 @@
 #include "host_tests/lab/evening/steps.h"
 
 #include <algorithm>
-#include <sstream>
 #include <utility>
 
 #include "firmware/companion/files/flight_file.h"
 #include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/evening/flight_result.h"
 #include "host_tests/lab/evening/step_checks.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::evening {
@@ -27,11 +27,7 @@ constexpr double kMaxHeight_m = 0.8;   ///< an excitation's way up and down: mor
 constexpr double kYawFence_rad = 1.0;  ///< for an excitation of yaw alone, in a room too low to move the throttle
 constexpr double kShareOfFence = 0.6;  ///< that an excitation uses; the rest is a margin for unforeseen tilt
 
-std::string text(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
+std::string text(double value) { return printed("%g", value); }
 
 Command operator+(Command left, const Command& right) {
   left.insert(left.end(), right.begin(), right.end());
@@ -291,7 +287,7 @@ class StepBuilder {
   /// Identifies climb and yaw rate. A channel that is not found, or predicts no better, keeps its old model.
   Step identify_rates() const {
     std::vector<Command> commands{{"copy", "vehicle.toml", "rates.toml"}};
-    if (!folder_.numbers().contains(kRatesNotFlown) || folder_.numbers().at(kRatesNotFlown) < 2.0) {
+    if (folder_.number(kRatesNotFlown) < 2.0) {
       if (height_m(folder_) > 0.0) {
         commands.push_back(Command{"try"} +
                            again("climb", "excite_rates", "forecast_rates.json", "rates.toml", kDeclaredClimb));

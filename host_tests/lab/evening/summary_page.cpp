@@ -2,7 +2,6 @@
 #include "host_tests/lab/evening/summary_page.h"
 
 #include <array>
-#include <cstdio>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "host_tests/lab/flight/figures.h"
 #include "host_tests/lab/plot/html.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::evening {
 namespace {
@@ -71,25 +71,20 @@ std::string number(const Folder& folder, const std::string& name) {
 std::vector<std::string> fallback_law_flew(const Folder& folder) {
   std::vector<std::string> out;
   for (const auto& [flight, words] : {std::pair{kBefore, "before"}, std::pair{kAfter, "after"}}) {
-    const auto swung = folder.numbers().find(std::string(kFallbackLaw) + flight);
-    if (swung != folder.numbers().end() && swung->second > 0.0) {
+    if (folder.number(std::string(kFallbackLaw) + flight) > 0.0) {
       out.emplace_back(words);
     }
   }
   return out;
 }
 
-bool is_taken_over(const Folder& folder, const std::string& channel) {
-  const auto found = folder.numbers().find("found." + channel);
-  return found != folder.numbers().end() && found->second > 0.0;
-}
+bool is_taken_over(const Folder& folder, const std::string& channel) { return folder.number("found." + channel) > 0.0; }
 
 /// Whether the channel is the climb, and its new model predicts better but was not kept (compare_laws()).
 bool is_kept_back(const Folder& folder, const std::string& channel) {
-  const auto& numbers = folder.numbers();
-  const auto kept = numbers.find("kept.corrected_climb");
-  return channel == "climb" && kept != numbers.end() && kept->second == 0.0 &&
-         numbers.at("ahead.climb.after") < numbers.at("ahead.climb.before");
+  return channel == "climb" && folder.numbers().contains("kept.corrected_climb") &&
+         folder.number("kept.corrected_climb") == 0.0 &&
+         folder.number("ahead.climb.after") < folder.number("ahead.climb.before");
 }
 
 /// One sentence: the corrections that the excited flight gave to the first vehicle file.
@@ -142,8 +137,8 @@ std::string not_reached(const Folder& folder, const Comparison& all) {
 /// What the errors in flight do not show: each law's delay margin. Empty: unknown.
 std::string margins(const Folder& folder) {
   const auto margin = [&](const char* law) {
-    const auto found = folder.numbers().find(std::string("delay_margin_s.") + law);
-    return found->second > 0.0 ? plot::number(1e3 * found->second) + " ms" : std::string("none");
+    const double margin_s = folder.number(std::string("delay_margin_s.") + law);
+    return margin_s > 0.0 ? plot::number(1e3 * margin_s) + " ms" : "none";
   };
   return folder.numbers().contains("kept.corrected")
              ? " The delay margin on the corrected model was " + margin("first") + ", now " + margin("corrected") + "."
@@ -258,10 +253,8 @@ std::string before_and_after(const Folder& folder) {
   std::string out;
   const FlownErrors flown = compare_flights(folder);
   for (const Compared& one : compared(folder, flown)) {
-    char line[160];
-    std::snprintf(line, sizeof line, "  %-63s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
-                  (one.verdict.empty() ? "" : "  " + one.verdict).c_str());
-    out += line;
+    out += printed("  %-63s %8.4f %8.4f%s\n", one.words.c_str(), one.before, one.after,
+                   (one.verdict.empty() ? "" : "  " + one.verdict).c_str());
   }
   for (const std::string& name : fallback_law_flew(folder)) {
     out += "  the flight " + name + " the correction began to oscillate, and the fallback law took over\n";

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -19,6 +18,7 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/json_file.h"
 #include "host_tests/lab/option_words.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace m100::lab {
@@ -163,10 +163,9 @@ Made design_manoeuvre(const std::string& axis, const ExciteOptions& options, con
   Made out{
       .design = wish_for(axis, options.design), .axis = excite::axis_of(vehicle, axis), .manoeuvre = {}, .table = {}};
   if (out.axis.dead_zone_counts > 0.0 && out.design.amplitude_counts <= out.axis.dead_zone_counts) {
-    std::ostringstream why;
-    why << out.design.amplitude_counts << " counts are inside the dead zone of " << axis << ", "
-        << out.axis.dead_zone_counts << " counts: the aircraft would not move";
-    throw InputError("--amplitude", 0, "", why.str());
+    throw InputError("--amplitude", 0, "",
+                     printed("%g counts are inside the dead zone of %s, %g counts: the aircraft would not move",
+                             out.design.amplitude_counts, axis.c_str(), out.axis.dead_zone_counts));
   }
   try {
     out.manoeuvre = excite::design_manoeuvre(out.design, out.axis);

@@ -35,21 +35,6 @@ Vector difference(const std::vector<double>& a, const std::vector<double>& b) {
   return out;
 }
 
-}  // namespace
-
-double other_stick(double t_s) { return 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * t_s); }
-
-std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design,
-                             const std::string& effect, double size) {
-  model::StickAxis with = flyable(axis);
-  if (!effect.empty()) {
-    with.*model::axis_effect(effect)->numbers[0].member = size;
-  }
-  return respond(manoeuvre, StickFlight(with, design.rate));
-}
-
-namespace {
-
 /// The largest response of the vehicle without any effect, and the largest rate of change of this response.
 struct Largest {
   double response = 0.0;
@@ -76,6 +61,17 @@ double medium_size(const model::AxisEffect& effect, const model::StickAxis& axis
 }
 
 }  // namespace
+
+double other_stick(double t_s) { return 60.0 * std::sin(2.0 * std::numbers::pi * 0.23 * t_s); }
+
+std::vector<double> response(const Manoeuvre& manoeuvre, const model::StickAxis& axis, const InputDesign& design,
+                             const std::string& effect, double size) {
+  model::StickAxis with = flyable(axis);
+  if (!effect.empty()) {
+    with.*model::axis_effect(effect)->numbers[0].member = size;
+  }
+  return respond(manoeuvre, StickFlight(with, design.rate));
+}
 
 /// The effects that a forecast covers, each with its medium size (model::Typical).
 std::vector<std::pair<std::string, double>> medium_sizes(const Manoeuvre& manoeuvre, const model::StickAxis& axis,

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 #include "host_tests/lab/excite/pieces.h"
 #include "host_tests/lab/excite/stick_flight.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::excite {
 namespace {
@@ -196,18 +196,12 @@ Manoeuvre strung(const InputDesign& design, const model::StickAxis& axis, double
   return out;
 }
 
-std::string plain(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
-
 /// The next larger fence in which a manoeuvre fits, as the end of a message; empty: none up to kSearched_m larger.
 std::string enough_fence(InputDesign design, const model::StickAxis& axis) {
   const double least = design.fence_m;
   for (design.fence_m = std::ceil(2.0 * least) / 2.0; design.fence_m <= least + kSearched_m; design.fence_m += 0.5) {
     if (strung(design, axis, design.amplitude_counts).farthest_m <= design.fence_m) {
-      return "; " + plain(design.fence_m) + " is enough";
+      return printed("; %g is enough", design.fence_m);
     }
   }
   return "";
@@ -236,8 +230,8 @@ Manoeuvre design_manoeuvre(const InputDesign& design, const model::StickAxis& ax
     out = strung(design, axis, amplitude);
   }
   if (out.farthest_m > design.fence_m) {
-    throw std::invalid_argument("--fence: " + plain(design.fence_m) +
-                                " is too small for any manoeuvre of this vehicle" + enough_fence(design, axis));
+    throw std::invalid_argument(printed("--fence: %g is too small for any manoeuvre of this vehicle", design.fence_m) +
+                                enough_fence(design, axis));
   }
   return out;
 }

@@ -52,17 +52,17 @@ link::Channel channel_of(const ExperimentsOptions& options) {
 
 experiments::SuiteOptions suite_of(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite;
-  suite.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
-  suite.vehicle = companion::in_mode(
+  suite.plan.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
+  suite.plan.vehicle = companion::in_mode(
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle),
       mode_of(options.mode));
   suite.only = options.only;
   suite.seed = options.seed;
   suite.seeds = options.seeds;
-  suite.channel = channel_of(options);
-  suite.rate_hz = options.rate_hz;
-  suite.paper_100_hz = options.paper_100_hz;
-  suite.law = law_of(options.law);
+  suite.plan.channel = channel_of(options);
+  suite.plan.rate_hz = options.rate_hz;
+  suite.plan.paper_100_hz = options.paper_100_hz;
+  suite.plan.law = law_of(options.law);
   suite.paper_law = options.law == kPaperLaw;
   suite.baseline = options.baseline;
   suite.progress = [](const std::string& line) { std::cerr << line << "\n"; };
@@ -182,7 +182,7 @@ void print_body(const std::vector<experiments::TaskResult>& results, double used
 void run(const ExperimentsOptions& options) {
   experiments::SuiteOptions suite = suite_of(options);
   std::optional<sim::BodyJob> body(options.body);
-  suite.body = options.body.is_identified() ? nullptr : &*body;
+  suite.plan.body = options.body.is_identified() ? nullptr : &*body;
   std::vector<std::string> pages;
   if (!options.report.empty()) {
     suite.keep_log = [&](const experiments::Task& task, std::string log) {
@@ -197,7 +197,7 @@ void run(const ExperimentsOptions& options) {
   const std::vector<experiments::TaskResult> results = experiments::fly_suite(suite);
   body.reset();  // the processor time of a child is known when it has ended
   experiments::print_table(std::cout, results);
-  if (suite.body != nullptr) {
+  if (suite.plan.body != nullptr) {
     print_body(results, processor_s() - before_s);
   }
   write_json(options.json, experiments::to_json(results).sorted(), 2);

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
+
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -14,17 +15,13 @@ constexpr double kSettled_m = 0.02;
 constexpr double kFar_m = 100.0;
 
 FlightPlan plan_of(const FarTask& task, const SuiteOptions& options) {
-  FlightPlan plan;
-  plan.plant = options.plant;
+  FlightPlan plan = options.plan;
   plan.plant.air.wind_m_s.x() += task.wind_m_s;
   if (task.drag_per_s > 0.0) {
     plan.plant.air.linear_drag_per_s = task.drag_per_s;
   }
-  plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s;
-  plan.channel = options.channel;
-  plan.rate_hz = options.rate_hz;
   plan.pilot_holds_position = true;
   companion::FlightFile file;
   file.fence_x_m = {-kFar_m, task.fence_high_m > 0.0 ? task.fence_high_m : kFar_m};
@@ -111,11 +108,9 @@ Sums sum_of(const std::vector<FarResult>& results, double FarScore::*member) {
 Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 std::string row(const std::string& name, const Sums& overshoot, const Sums& iae, const Sums& settled) {
-  char line[200];
-  std::snprintf(line, sizeof line, "%-20s %8.3f %8.3f %8.3f %9.2f %8.2f %8.2f %8.2f %8.2f %8.2f\n", name.c_str(),
-                overshoot.planned, overshoot.mpc, overshoot.lqr, iae.planned, iae.mpc, iae.lqr, settled.planned,
-                settled.mpc, settled.lqr);
-  return line;
+  return printed("%-20s %8.3f %8.3f %8.3f %9.2f %8.2f %8.2f %8.2f %8.2f %8.2f\n", name.c_str(), overshoot.planned,
+                 overshoot.mpc, overshoot.lqr, iae.planned, iae.mpc, iae.lqr, settled.planned, settled.mpc,
+                 settled.lqr);
 }
 
 Sums of(const FarResult& result, double FarScore::*member) {
@@ -220,10 +215,8 @@ void print_far(std::ostream& out, const std::vector<FarResult>& results) {
     out << row("sum", overshoot, iae, sum_of(results, &FarScore::settled_s));
   }
   if (overshoot.gain() && iae.gain()) {
-    char gain[160];
-    std::snprintf(gain, sizeof gain, "the exact law is better by %.1f %% of overshoot and %.1f %% of the integral\n",
-                  100.0 * *overshoot.gain(), 100.0 * *iae.gain());
-    out << gain;
+    out << printed("the exact law is better by %.1f %% of overshoot and %.1f %% of the integral\n",
+                   100.0 * *overshoot.gain(), 100.0 * *iae.gain());
   }
 }
 

@@ -16,6 +16,7 @@
 #include "firmware/model/default_vehicle.h"
 #include "host_tests/lab/experiments/flight_file_text.h"
 #include "host_tests/lab/gains/write_tables.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -145,13 +146,10 @@ class Flight {
   void begin_log() {
     const gains::TableSet set{.tables = tables_, .x = {}, .y = {}};
     const std::vector<std::byte> tables = gains::to_file(set);
-    std::ostringstream start;
-    start.precision(17);
-    start << start_.position_w_m.x() << " " << start_.position_w_m.y() << " " << start_.position_w_m.z() << " "
-          << start_.yaw_rad;
     const std::string channel = std::string(plan_.channel == link::Channel::kMovement ? "movement" : "virtual_rc") +
                                 (plan_.paper_100_hz ? " paper_100_hz" : "");
-    const std::string place = start.str();
+    const std::string place = printed("%.17g %.17g %.17g %.17g", start_.position_w_m.x(), start_.position_w_m.y(),
+                                      start_.position_w_m.z(), start_.yaw_rad);
     const std::string link = companion::link_note(config_of(plan_, start_));
     const std::string limits = plan_.flight_file ? to_text(*plan_.flight_file) : std::string();
     std::vector<log::Note> notes{{companion::kVehicleNote, vehicle_text_},

@@ -57,15 +57,14 @@ std::vector<std::vector<std::string>> table(const std::vector<TaskResult>& resul
         above.insert({rows.size(), static_cast<std::size_t>(column - kColumns.begin())});
       }
     }
-    const Cell& m = result.mean;
-    rows.push_back({name, "simulated", cell(m.pose_m), cell(m.x_m), cell(m.y_m), cell(m.z_m), cell(m.roll_deg),
-                    cell(m.pitch_deg), cell(m.yaw_deg), cell(m.tilt_deg), cell(m.input_variation_deg_s),
-                    result.time_optimal_m > 0.0 ? plot::number(100.0 * result.time_optimal_share) + " %" : "-"});
+    const auto add = [&](const std::string& flown, const Cell& c, const std::string& share) {
+      rows.push_back({name, flown, cell(c.pose_m), cell(c.x_m), cell(c.y_m), cell(c.z_m), cell(c.roll_deg),
+                      cell(c.pitch_deg), cell(c.yaw_deg), cell(c.tilt_deg), cell(c.input_variation_deg_s), share});
+    };
+    add("simulated", result.mean,
+        result.time_optimal_m > 0.0 ? plot::number(100.0 * result.time_optimal_share) + " %" : "-");
     if (result.baseline) {
-      const Cell& b = *result.baseline;
-      rows.push_back({name, "simulated, clipped LQR", cell(b.pose_m), cell(b.x_m), cell(b.y_m), cell(b.z_m),
-                      cell(b.roll_deg), cell(b.pitch_deg), cell(b.yaw_deg), cell(b.tilt_deg),
-                      cell(b.input_variation_deg_s), "-"});
+      add("simulated, clipped LQR", *result.baseline, "-");
     }
   }
   return rows;

@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <iomanip>
 
 #include "host_tests/lab/on_all_cores.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::experiments {
 namespace {
@@ -32,14 +32,14 @@ const std::vector<Row>& rows() {
   return all;
 }
 
-std::string fixed(double value, int digits) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, value);
-  return text.data();
-}
+std::string fixed(double value, int digits) { return printed("%.*f", digits, value); }
 
 double paper_value(const TaskResult& result, const Row& row) {
   return result.task->paper != nullptr ? result.task->paper->*row.papers : -1.0;
+}
+
+bool is_compared(const TaskResult& result, const Row& row) {
+  return paper_value(result, row) >= 0.0 && (!row.tilt || result.task->tilt_counts);
 }
 
 /// The plan's flights, one for each seed. Only the first one may keep its log.
@@ -47,7 +47,7 @@ std::vector<FlightResult> fly_seeds(const FlightPlan& plan, const SuiteOptions& 
   std::vector<FlightResult> out(static_cast<std::size_t>(options.seeds));
   on_all_cores(out.size(), [&](std::size_t i) {
     FlightPlan own = plan;
-    own.seed = options.seed + i;
+    own.seed = plan.seed + i;
     own.keep_log = i == 0 && plan.keep_log;
     out[i] = fly(own);
   });
@@ -71,10 +71,10 @@ std::optional<Cell> baseline_of(const FlightPlan& plan, const Task& task, const 
 
 /// The plant of a task. Without a body, tasks in wind have the fan. With one, they have the plant's wind, others none.
 sim::Plant plant_of(const Task& task, const SuiteOptions& options) {
-  if (options.body == nullptr) {
-    return task.fan ? sim::with_fan(options.plant) : options.plant;
+  sim::Plant plant = options.plan.plant;
+  if (options.plan.body == nullptr) {
+    return task.fan ? sim::with_fan(plant) : plant;
   }
-  sim::Plant plant = options.plant;
   plant.air.wind_m_s *= task.fan ? 1.0 : 0.0;
   return plant;
 }
@@ -90,16 +90,10 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   TaskResult result;
   result.task = &task;
   std::vector<Cell> cells;
-  FlightPlan plan;
-  plan.body = options.body;
+  FlightPlan plan = options.plan;
   plan.plant = plant_of(task, options);
-  plan.vehicle = options.vehicle;
   plan.course = task.course;
   plan.duration_s = task.to_s + 1.0;
-  plan.channel = options.channel;
-  plan.rate_hz = options.rate_hz;
-  plan.paper_100_hz = options.paper_100_hz;
-  plan.law = options.law;
   plan = options.paper_law ? in_paper_configuration(plan) : plan;
   plan.keep_log = bool(options.keep_log);
   const std::vector<FlightResult> flights = fly_seeds(plan, options);
@@ -135,7 +129,7 @@ TaskResult fly_task(const Task& task, const SuiteOptions& options) {
   result.spread = spread_of(cells);
   result.flights = cells;
   if (!task.steps_m.empty() && result.flown()) {
-    compare_with_time_optimal(task, options.vehicle.vehicle.translation.tilt_limit_rad, result);
+    compare_with_time_optimal(task, options.plan.vehicle.vehicle.translation.tilt_limit_rad, result);
   }
   return result;
 }
@@ -148,65 +142,6 @@ Json json_of(const Cell& cell, bool flown = true) {
   }
   return out;
 }
-
-}  // namespace
-
-std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
-  std::vector<const Task*> tasks;
-  for (const Task& task : paper_tasks()) {
-    tasks.push_back(&task);
-  }
-  if (options.literal_steps) {
-    for (const Task& task : literal_steps()) {
-      tasks.push_back(&task);
-    }
-  }
-  std::vector<TaskResult> results;
-  for (const Task* const task : tasks) {
-    if (options.only.empty() || options.only == task->task) {
-      results.push_back(fly_task(*task, options));
-      if (options.progress) {
-        options.progress(task->task + " " + task->condition + ": pose " + fixed(results.back().mean.pose_m, 4) +
-                         " m, " + fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
-      }
-    }
-  }
-  return results;
-}
-
-std::vector<PaperComparison> compared(const TaskResult& result) {
-  std::vector<PaperComparison> out;
-  for (const Row& row : rows()) {
-    const double papers = paper_value(result, row);
-    if (papers >= 0.0 && (!row.tilt || result.task->tilt_counts)) {
-      out.push_back({std::string(row.name) + "_" + row.unit, !result.flown() || result.mean.*row.ours > papers});
-    }
-  }
-  return out;
-}
-
-int cells_above_paper(const std::vector<TaskResult>& results) {
-  std::ptrdiff_t above = 0;
-  for (const TaskResult& result : results) {
-    const std::vector<PaperComparison> cells = compared(result);
-    above += std::count_if(cells.begin(), cells.end(), [](const PaperComparison& cell) { return cell.above; });
-  }
-  return static_cast<int>(above);
-}
-
-std::string above_words(const std::vector<TaskResult>& results) {
-  std::string out;
-  for (const TaskResult& result : results) {
-    for (const PaperComparison& cell : compared(result)) {
-      out += cell.above
-                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
-                 : "";
-    }
-  }
-  return out + (out.empty() ? "" : ")");
-}
-
-namespace {
 
 void print_papers_line(std::ostream& out, const TaskResult& result) {
   if (result.task->paper == nullptr) {
@@ -229,8 +164,7 @@ void print_our_line(std::ostream& out, const TaskResult& result) {
       out << std::setw(18) << "not flown!";
       continue;
     }
-    const double papers = paper_value(result, row);
-    const bool above = papers >= 0.0 && (!row.tilt || task.tilt_counts) && result.mean.*row.ours > papers;
+    const bool above = is_compared(result, row) && result.mean.*row.ours > paper_value(result, row);
     out << std::setw(18)
         << (fixed(result.mean.*row.ours, 4) +
             (result.seeds > 1 ? " +-" + fixed(result.spread.*row.ours, 4) : std::string()) + (above ? "!" : " "));
@@ -287,6 +221,55 @@ void put_comparison(const TaskResult& result, Json& cell) {
 }
 
 }  // namespace
+
+std::vector<TaskResult> fly_suite(const SuiteOptions& options) {
+  std::vector<TaskResult> results;
+  for (const auto* const tasks : {&paper_tasks(), &literal_steps()}) {
+    for (const Task& task : *tasks) {
+      if ((!options.only.empty() && options.only != task.task) ||
+          (tasks == &literal_steps() && !options.literal_steps)) {
+        continue;
+      }
+      results.push_back(fly_task(task, options));
+      if (options.progress) {
+        options.progress(task.task + " " + task.condition + ": pose " + fixed(results.back().mean.pose_m, 4) + " m, " +
+                         fixed(results.back().seconds_per_flight, 2) + " s of computer per flight");
+      }
+    }
+  }
+  return results;
+}
+
+std::vector<PaperComparison> compared(const TaskResult& result) {
+  std::vector<PaperComparison> out;
+  for (const Row& row : rows()) {
+    if (is_compared(result, row)) {
+      out.push_back({std::string(row.name) + "_" + row.unit,
+                     !result.flown() || result.mean.*row.ours > paper_value(result, row)});
+    }
+  }
+  return out;
+}
+
+int cells_above_paper(const std::vector<TaskResult>& results) {
+  int above = 0;
+  for (const TaskResult& result : results) {
+    above += static_cast<int>(std::ranges::count_if(compared(result), &PaperComparison::above));
+  }
+  return above;
+}
+
+std::string above_words(const std::vector<TaskResult>& results) {
+  std::string out;
+  for (const TaskResult& result : results) {
+    for (const PaperComparison& cell : compared(result)) {
+      out += cell.above
+                 ? (out.empty() ? " (" : "; ") + result.task->task + ", " + result.task->condition + ": " + cell.name
+                 : "";
+    }
+  }
+  return out + (out.empty() ? "" : ")");
+}
 
 void print_table(std::ostream& out, const std::vector<TaskResult>& results) {
   if (results.empty()) {

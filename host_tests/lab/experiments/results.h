@@ -35,19 +35,15 @@ struct TaskResult {
 };
 
 struct SuiteOptions {
-  sim::Plant plant;
-  companion::VehicleFile vehicle;
+  /// What all flights have in common; the tasks give the rest. With a body no fan blows, and the plant's wind only in
+  /// the tasks in wind.
+  FlightPlan plan;
   std::string only;  ///< a task's name; empty: all
   std::uint64_t seed = 1;
   int seeds = 1;
-  link::Channel channel = link::Channel::kVirtualRc;
-  double rate_hz = 0.0;  ///< of commands; 0: the default of the channel
-  bool paper_100_hz = false;
-  mpc::Law law = mpc::Law::kMpc;
   bool paper_law = false;  ///< flies in_paper_configuration()
   bool baseline = false;   ///< flies each task with the clipped LQR and with the law of the paper's authors, too
   bool literal_steps = true;
-  sim::BodyJob* body = nullptr;  ///< as FlightPlan; then no fan blows, and the plant's wind only in the tasks in wind
   std::function<void(const std::string&)> progress;  ///< called with one line per task; may be empty
   /// Called with the ULog bytes of each task's flight of the first seed; empty: no log is kept.
   std::function<void(const Task&, std::string)> keep_log;

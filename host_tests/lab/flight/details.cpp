@@ -39,12 +39,8 @@ void error_by_axis(const Flights& flights, plot::Page& page) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     plot::Figure figure = over_time(flights, std::string("Error along ") + kAxisNames[axis], "pose minus course [m]");
     for (std::size_t f = 0; f < flights.size(); ++f) {
-      plot::Curve curve{.name = which(flights, f) + "error", .color = colors_of(flights, f)[0], .max_step = 0.5};
-      for (const TrackingError& one : errors[f]) {
-        curve.x.push_back(shown_s(flights, f, one.course_s + flights[f].control_s));
-        curve.y.push_back(one.error_m[axis]);
-      }
-      figure.lines.push_back(std::move(curve));
+      figure.lines.push_back(error_curve(flights, f, "error", colors_of(flights, f)[0], errors[f],
+                                         [axis](const TrackingError& one) { return one.error_m[axis]; }));
     }
     figure.levels = {{0.0, ""}};
     page.figure(figure, "");

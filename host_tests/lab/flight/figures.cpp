@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "firmware/safety/failsafe.h"
-#include "host_tests/lab/flight/tracking.h"
 
 namespace m100::lab::flight {
 namespace {
@@ -18,17 +17,11 @@ const char* color_of(const Flights& flights, std::size_t flight) {
   return flights.size() > 1 && flight == 0 ? plot::kOrange : plot::kBlue;
 }
 
-std::string color_of_state(safety::FailsafeState state) {
-  switch (state) {
-    case safety::FailsafeState::kCoast:
-      return "#fff3d6";
-    case safety::FailsafeState::kLevel:
-      return "#fbd9bd";
-    case safety::FailsafeState::kRelease:
-      return "#f3c6c6";
-    default:
-      return "#ececec";
-  }
+const char* color_of_state(safety::FailsafeState state) {
+  return state == safety::FailsafeState::kCoast     ? "#fff3d6"
+         : state == safety::FailsafeState::kLevel   ? "#fbd9bd"
+         : state == safety::FailsafeState::kRelease ? "#f3c6c6"
+                                                    : "#ececec";
 }
 
 /// The state of the failsafe in the ticks [begin, end) of flight f. Empty: nominal, or, with several flights, outside
@@ -170,6 +163,17 @@ plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::st
   return curve(flights, flight, name, flights[flight].t_s, values, color, scale);
 }
 
+plot::Curve error_curve(const Flights& flights, std::size_t flight, const std::string& name, const char* color,
+                        const std::vector<TrackingError>& errors,
+                        const std::function<double(const TrackingError&)>& value) {
+  plot::Curve out{.name = which(flights, flight) + name, .color = color, .max_step = kGap_s};
+  for (const TrackingError& one : errors) {
+    out.x.push_back(shown_s(flights, flight, one.course_s + flights[flight].control_s));
+    out.y.push_back(value(one));
+  }
+  return out;
+}
+
 plot::Figure path_from_above(const Flights& flights) { return path(flights, 0, 1, "From above"); }
 
 plot::Figure path_from_the_side(const Flights& flights) {
@@ -197,16 +201,12 @@ plot::Figure distance_figure(const Flights& flights) {
   plot::Figure figure = over_time(flights, "Distance from the course", "[m]");
   for (std::size_t f = 0; f < flights.size(); ++f) {
     const std::vector<TrackingError> errors = tracking_errors(flights[f]);
-    plot::Curve curve{.name = which(flights, f) + "distance", .color = color_of(flights, f), .max_step = kGap_s};
-    for (const TrackingError& one : errors) {
-      curve.x.push_back(shown_s(flights, f, one.course_s + flights[f].control_s));
-      curve.y.push_back(one.distance_m());
-    }
     const double rms_m = tracking_of(errors).rms_m.value;
     if (std::isfinite(rms_m)) {
       figure.levels.emplace_back(rms_m, flights.size() > 1 ? "" : "rms");
     }
-    figure.lines.push_back(std::move(curve));
+    figure.lines.push_back(
+        error_curve(flights, f, "distance", color_of(flights, f), errors, &TrackingError::distance_m));
   }
   figure.levels.emplace_back(0.0, "");
   return figure;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "firmware/core/maths.h"
-#include "host_tests/lab/flight/flight_series.h"
+#include "host_tests/lab/flight/tracking.h"
 #include "host_tests/lab/plot/svg.h"
 
 namespace m100::lab::flight {
@@ -34,6 +35,10 @@ plot::Curve curve(const Flights& flights, std::size_t flight, const std::string&
                   const std::vector<double>& values, const char* color, double scale);
 plot::Curve tick_curve(const Flights& flights, std::size_t flight, const std::string& name,
                        const std::vector<double>& values, double scale, const char* color);
+/// The errors of a flight against its course as a curve. @param value  what of an error is drawn.
+plot::Curve error_curve(const Flights& flights, std::size_t flight, const std::string& name, const char* color,
+                        const std::vector<TrackingError>& errors,
+                        const std::function<double(const TrackingError&)>& value);
 /// The time that a figure shows for a time of the log.
 double shown_s(const Flights& flights, std::size_t flight, double t_s);
 /// The prefix of a name: "before, " or "after, " with two flights, otherwise "".

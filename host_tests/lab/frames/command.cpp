@@ -14,6 +14,7 @@
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/key_file.h"
+#include "hal/linux/descriptor.h"
 #include "host_tests/lab/frames/frame_text.h"
 #include "host_tests/lab/frames/hex.h"
 #include "host_tests/lab/frames/message_json.h"
@@ -40,16 +41,9 @@ class Input {
  public:
   explicit Input(const std::string& file)
       : name_(file.empty() || file == "-" ? "standard input" : file),
-        descriptor_(name_ == file ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC) : STDIN_FILENO) {
-    if (descriptor_ < 0) {
-      throw InputError(file, 0, "", std::string("cannot be read: ") + std::strerror(errno));
-    }
-  }
-  Input(const Input&) = delete;
-  Input& operator=(const Input&) = delete;
-  ~Input() {
-    if (descriptor_ != STDIN_FILENO) {
-      ::close(descriptor_);
+        descriptor_(name_ == file ? ::open(file.c_str(), O_RDONLY | O_CLOEXEC) : ::dup(STDIN_FILENO)) {
+    if (descriptor_.number < 0) {
+      throw InputError(name_, 0, "", std::string("cannot be read: ") + std::strerror(errno));
     }
   }
 
@@ -57,7 +51,7 @@ class Input {
   std::span<const char> read() {
     ssize_t count = -1;
     do {
-      count = ::read(descriptor_, space_.data(), space_.size());
+      count = ::read(descriptor_.number, space_.data(), space_.size());
     } while (count < 0 && errno == EINTR);
     if (count < 0) {
       throw InputError(name_, 0, "", std::string("cannot be read: ") + std::strerror(errno));
@@ -69,7 +63,7 @@ class Input {
 
  private:
   std::string name_;
-  int descriptor_;
+  hal::Descriptor descriptor_;
   std::array<char, 65536> space_{};
 };
 

@@ -55,8 +55,6 @@ class LineReader {
     return *bytes;
   }
 
-  const LineOrigin& origin() const { return origin_; }
-
  private:
   const Json& line_;
   const LineOrigin& origin_;
@@ -71,16 +69,11 @@ std::optional<protocol::MessageId> read_id(const LineReader& reader) {
 }
 
 std::string explain(core::Status status) {
-  switch (status) {
-    case core::Status::kInvalidArgument:
-      return "an acknowledgement carries no cmd_set, and an encrypted frame needs data";
-    case core::Status::kOutOfRange:
-      return "longer than a frame can be";
-    case core::Status::kUnavailable:
-      return "an encrypted frame needs its key_hex (or --key-file)";
-    default:
-      return std::string(core::name(status));
-  }
+  return status == core::Status::kInvalidArgument
+             ? "an acknowledgement carries no cmd_set, and an encrypted frame needs data"
+         : status == core::Status::kOutOfRange  ? "longer than a frame can be"
+         : status == core::Status::kUnavailable ? "an encrypted frame needs its key_hex (or --key-file)"
+                                                : std::string(core::name(status));
 }
 
 }  // namespace

@@ -176,6 +176,20 @@ bool matches(const Outcome& outcome, bool rivals_count) {
   });
 }
 
+/// The row of scores() in which an outcome is counted.
+std::size_t row_of(const Outcome& one) {
+  if (one.hidden_case.group == "none") {
+    return 0;
+  }
+  if (one.hidden_case.group == "single") {
+    return one.hidden_case.size == 1 ? 1 : one.hidden_case.size == 0 ? 2 : 3;
+  }
+  if (one.hidden_case.group == "pair") {
+    return 5;
+  }
+  return one.hidden_case.plan.hidden.count("dropout") > 0 ? 7 : 6;
+}
+
 }  // namespace
 
 std::vector<Case> cases(std::size_t count, std::uint64_t seed) {
@@ -248,24 +262,6 @@ std::vector<Outcome> analyse_all(const std::vector<Case>& list, unsigned threads
   }
   return out;
 }
-
-namespace {
-
-/// The row of scores() in which an outcome is counted.
-std::size_t row_of(const Outcome& one) {
-  if (one.hidden_case.group == "none") {
-    return 0;
-  }
-  if (one.hidden_case.group == "single") {
-    return one.hidden_case.size == 1 ? 1 : one.hidden_case.size == 0 ? 2 : 3;
-  }
-  if (one.hidden_case.group == "pair") {
-    return 5;
-  }
-  return one.hidden_case.plan.hidden.count("dropout") > 0 ? 7 : 6;
-}
-
-}  // namespace
 
 std::vector<Score> scores(const std::vector<Outcome>& outcomes) {
   std::vector<Score> out{{"nothing hidden, nothing named", 0, 0, 0.98},

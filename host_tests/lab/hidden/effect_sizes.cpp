@@ -53,15 +53,10 @@ double size_of(const std::string& effect, int size, std::uint64_t seed) {
   RandomSource rng(seed ^ 0xABCDEFULL);
   const double base = (size == 0 ? known.small : size == 1 ? known.medium : known.large) * rng.between(0.85, 1.15);
   const bool minus = rng.between(0.0, 1.0) < 0.5;
-  switch (known.sign) {
-    case Sizes::Sign::kPlus:
-      return base;
-    case Sizes::Sign::kBoth:
-      return minus ? -base : base;
-    case Sizes::Sign::kAboutOne:
-      return minus ? 1.0 / (1.0 + base) : 1.0 + base;
+  if (known.sign == Sizes::Sign::kAboutOne) {
+    return minus ? 1.0 / (1.0 + base) : 1.0 + base;
   }
-  return base;
+  return known.sign == Sizes::Sign::kBoth && minus ? -base : base;
 }
 
 }  // namespace m100::lab::hidden

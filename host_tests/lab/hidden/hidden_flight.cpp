@@ -64,11 +64,6 @@ class StickInput {
   double amplitude_ = 0.0;
 };
 
-double value_of(const HiddenEffects& hidden, const char* name) {
-  const auto found = hidden.find(name);
-  return found == hidden.end() ? 0.0 : found->second;
-}
-
 class Flight {
  public:
   explicit Flight(const FlightPlan& plan)

@@ -16,6 +16,12 @@ namespace m100::lab::hidden {
 /// kTranslationEffects, and "sine", "slung_load", "dropout", "product" for effects that the library does not have.
 using HiddenEffects = std::map<std::string, double>;
 
+/// The size of an effect; 0: it is not there.
+inline double value_of(const HiddenEffects& hidden, const char* name) {
+  const auto found = hidden.find(name);
+  return found == hidden.end() ? 0.0 : found->second;
+}
+
 struct FlightPlan {
   std::string axis;  ///< "roll" or "translation": which motion carries the effects
   HiddenEffects hidden;

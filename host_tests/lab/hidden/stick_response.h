@@ -61,10 +61,7 @@ class StickPath {
   }
 
  private:
-  double value(const char* name) const {
-    const auto found = hidden_.find(name);
-    return found == hidden_.end() ? 0.0 : found->second;
-  }
+  double value(const char* name) const { return value_of(hidden_, name); }
 
   const HiddenEffects& hidden_;
   std::deque<double> line_;

@@ -2,7 +2,6 @@
 // m100-lab inject: adds an effect to a measured flight, to test whether the analysis finds it.
 #include <cmath>
 #include <iostream>
-#include <sstream>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
@@ -15,6 +14,7 @@
 #include "host_tests/lab/logs/write_csv.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
+#include "host_tests/lab/printed.h"
 #include "host_tests/lab/subcommands.h"
 
 namespace m100::lab {
@@ -38,9 +38,7 @@ hidden::HiddenEffects effects_of(const std::string& text, const std::string& axi
     }
     const double value = number("--effect", halves[1]);
     if (value < range->low || value > range->high) {
-      std::ostringstream text_of_range;
-      text_of_range << "is outside [" << range->low << ", " << range->high << "]";
-      throw InputError("--effect", 0, one, text_of_range.str());
+      throw InputError("--effect", 0, one, printed("is outside [%g, %g]", range->low, range->high));
     }
     if (!out.emplace(halves[0], value).second) {
       throw InputError("--effect", 0, halves[0], "is named twice");

@@ -91,7 +91,6 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
                              const HiddenEffects& effects) {
   double delay_s = 0.0;
   const HiddenEffects all = joined(fitted, effects, delay_s);
-  const auto value_of = [&](const char* name) { return all.count(name) > 0 ? all.at(name) : 0.0; };
   StickPath path(all, delay_s);
   Tilt tilt{.scale_rad = path_gain(fitted),
             .frequency_rad_s = parameter(fitted, "natural_frequency_rad_s", 1.0),
@@ -106,7 +105,8 @@ std::vector<double> response(const FlightLog& log, const AxisOf& axis, const ide
     for (int i = 0; i < steps; ++i) {
       const double now_s = static_cast<double>(k) * log.period_s + i * kStep_s;
       const double counts = path.pass(stick[k], other.empty() ? 0.0 : other[k], now_s);
-      tilt.step(tilt.scale_rad * counts, value_of("lead_zero"), value_of("rate_limit"), value_of("saturation"));
+      tilt.step(tilt.scale_rad * counts, value_of(all, "lead_zero"), value_of(all, "rate_limit"),
+                value_of(all, "saturation"));
     }
     out[k] = tilt.angle;
   }

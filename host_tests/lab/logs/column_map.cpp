@@ -100,12 +100,6 @@ Frame frame_of(const TomlNode& value) {
   return value.text() == "ned_frd" ? Frame::kNedFrd : Frame::kNwuFlu;
 }
 
-void read_extra(const TomlNode& columns, ColumnMap& map) {
-  for (const TomlNode& column : columns.entries()) {
-    map.extra[column.key()] = column_ref(column);
-  }
-}
-
 /// Checks that nothing is missing and nothing is given twice.
 void check_whole(const TomlNode& root, const ColumnMap& map) {
   check_quaternion(map, Signal::kAttitudeQw, Signal::kAttitudeRoll, 3);
@@ -133,7 +127,9 @@ ColumnMap parse_column_map(std::string_view text, const std::string& file) {
     } else if (key == "signals") {
       read_signals(value.table(), map);
     } else if (key == "extra") {
-      read_extra(value.table(), map);
+      for (const TomlNode& column : value.table().entries()) {
+        map.extra[column.key()] = column_ref(column);
+      }
     } else {
       value.refuse("unknown key (known: frame, time, [signals], [extra])" + companion::section_meant(key, kMapKeys));
     }

@@ -2,14 +2,13 @@
 // m100-lab logs: lists the content of a log of any format, and proposes a column map for recognised names.
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <optional>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
-#include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/json_file.h"
 #include "host_tests/lab/logs/proposal/example_map.h"
 #include "host_tests/lab/logs/proposal/propose.h"
 #include "host_tests/lab/logs/raw_log.h"
@@ -82,15 +81,6 @@ Json to_json(const logs::RawLog& log, const std::vector<logs::TopicSummary>& top
   return out;
 }
 
-void write_text(const std::string& file, const std::string& option, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  out.close();
-  if (!out) {
-    throw InputError(file, 0, option, "cannot be written");
-  }
-}
-
 void run(const LogsOptions& options) {
   companion::FileUse()
       .reads("--log", options.log)
@@ -119,10 +109,7 @@ void run(const LogsOptions& options) {
   }
   print(*log, topics, to_s - from_s);
   const std::optional<logs::Proposal> proposal = logs::propose(*log);
-  if (!options.json.empty()) {
-    const Json out = to_json(*log, topics, to_s - from_s, proposal);
-    write_text(options.json, "--json", out.dump(1) + "\n");
-  }
+  write_json(options.json, to_json(*log, topics, to_s - from_s, proposal));
   if (!proposal) {
     std::printf(
         "No map is proposed, because the column names are unknown. Write a map that names the columns, for example:\n"
@@ -137,7 +124,7 @@ void run(const LogsOptions& options) {
     std::printf("Recognised: %s (--propose MAP.toml writes a column map)\n", proposal->dialect.c_str());
     return;
   }
-  write_text(options.map, "--propose", proposal->toml);
+  write_whole_file(options.map, proposal->toml, "--propose");
   std::printf("Recognised: %s; wrote %s\n", proposal->dialect.c_str(), printable(options.map).c_str());
 }
 

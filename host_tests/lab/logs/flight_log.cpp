@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <utility>
 
@@ -17,6 +16,7 @@
 #include "host_tests/lab/logs/quaternion.h"
 #include "host_tests/lab/logs/stream.h"
 #include "host_tests/lab/logs/stretches.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -66,11 +66,9 @@ class Loader {
 
  private:
   void read_clock() {
-    const RawColumn clock = column(map_.time, map_.time.column, "time");
-    clock_s_.reserve(clock.values.size());
-    for (const double raw : clock.values) {
-      clock_s_.push_back(map_.time.scale * (raw + map_.time.offset));
-    }
+    RawColumn clock = column(map_.time, map_.time.column, "time");
+    clock_s_ = std::move(clock.values);
+    convert(map_.time, clock_s_);
     counter_ = clock.sequence;
     if (const auto& mapped = map_.signals[static_cast<std::size_t>(Signal::kSequence)]) {
       counter_ = column(*mapped, mapped->column, "sequence").values;
@@ -162,10 +160,9 @@ class Loader {
     for (int i = 0; i < signals; ++i) {
       std::vector<std::uint8_t>& own = log_.signal_gap[offset(first, i)];
       own.resize(log_.size, 0);
-      std::transform(own.begin(), own.end(), gap.begin(), own.begin(), [](auto a, auto b) { return a | b; });
+      add_gaps(own, gap);
     }
-    std::transform(log_.gap.begin(), log_.gap.end(), gap.begin(), log_.gap.begin(),
-                   [](auto a, auto b) { return a | b; });
+    add_gaps(log_.gap, gap);
     return grid;
   }
 
@@ -295,12 +292,10 @@ class Loader {
     if (stream.time_s.front() <= end_s && stream.time_s.back() >= log_.start_s) {
       return;
     }
-    std::array<char, 200> text{};
-    std::snprintf(text.data(), text.size(), "does not overlap with the clock: its times are %.2f to %.2f s, those of ",
-                  stream.time_s.front(), stream.time_s.back());
-    std::array<char, 100> range{};
-    std::snprintf(range.data(), range.size(), " are %.2f to %.2f s", log_.start_s, end_s);
-    throw InputError(raw_.file(), 0, column, text.data() + map_.time.column + range.data());
+    throw InputError(raw_.file(), 0, column,
+                     printed("does not overlap with the clock: its times are %.2f to %.2f s, those of ",
+                             stream.time_s.front(), stream.time_s.back()) +
+                         map_.time.column + printed(" are %.2f to %.2f s", log_.start_s, end_s));
   }
 
   /// The times of the messages with the numbers `own` on the log's clock, linearly inter- and extrapolated.

@@ -3,7 +3,8 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
+
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -78,11 +79,9 @@ void validate_force(FlightLog& log) {
   }
   const double size = std::hypot(mean[0], mean[1], mean[2]) / static_cast<double>(count);
   const double rms = std::sqrt(square / static_cast<double>(count));
-  std::array<char, 200> text{};
   if (size < kHalf * rms) {
-    std::snprintf(text.data(), text.size(),
-                  "the mean is %.2f m/s^2, where a specific force has 9.81: gravity was subtracted from it", size);
-    leave_out(log, text.data());
+    leave_out(log,
+              printed("the mean is %.2f m/s^2, where a specific force has 9.81: gravity was subtracted from it", size));
   } else if (tilt[0].follows(size) && tilt[1].follows(size)) {
     leave_out(log, "the horizontal parts follow the tilt: they are in world axes, not in the body's");
   }

@@ -2,11 +2,10 @@
 #include "host_tests/lab/logs/join.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "host_tests/lab/logs/stretches.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -26,11 +25,8 @@ void append_gap(std::vector<std::uint8_t>& to, const std::vector<std::uint8_t>& 
 /// Notes for each log and stretch after the first where it lies on the clock of the result.
 void note_common_clock(FlightLog& log) {
   for (std::size_t i = 1; i < log.flights.size(); ++i) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(),
-                  "log %zu: its time %.2f s is %.2f s on the common clock, which the result uses", i + 1,
-                  log.flights[i].start_s, log.time_s(log.flights[i].begin));
-    log.notes.emplace_back(text.data());
+    log.notes.push_back(printed("log %zu: its time %.2f s is %.2f s on the common clock, which the result uses", i + 1,
+                                log.flights[i].start_s, log.time_s(log.flights[i].begin)));
   }
 }
 
@@ -93,6 +89,10 @@ void fill_pauses(FlightLog& log) {
   }
 }
 
+void add_gaps(std::vector<std::uint8_t>& gap, const std::vector<std::uint8_t>& more) {
+  std::transform(gap.begin(), gap.end(), more.begin(), gap.begin(), [](auto a, auto b) { return a | b; });
+}
+
 void note_gaps(FlightLog& log) {
   std::size_t holes = 0;
   std::size_t lost = 0;
@@ -119,10 +119,8 @@ void count_from_begin(FlightLog& log) {
     stretch.epoch_s = stretch.start_s < kOtherEpoch_s ? 0.0 : log.epoch_s;
     stretch.start_s -= stretch.epoch_s;
   }
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(),
-                "times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s);
-  log.notes.emplace_back(text.data());
+  log.notes.push_back(
+      printed("times are counted from %.0f s of the log's clock; ranges may count either way", log.epoch_s));
 }
 
 FlightLog joined(std::vector<FlightLog> logs) {
@@ -173,9 +171,7 @@ std::string place_of(const FlightLog& log, double time_s) {
       own_s = time_s - begins_s + log.flights[i].start_s;
     }
   }
-  char text[40];
-  std::snprintf(text, sizeof text, "%.2f s", own_s);
-  return prefix + text;
+  return prefix + printed("%.2f s", own_s);
 }
 
 std::vector<std::uint8_t> FlightLog::gap_of(std::initializer_list<Signal> wanted) const {
@@ -185,8 +181,7 @@ std::vector<std::uint8_t> FlightLog::gap_of(std::initializer_list<Signal> wanted
   std::vector<std::uint8_t> out(size, 0);
   for (const Signal signal : wanted) {
     if (const auto found = signal_gap.find(signal); found != signal_gap.end()) {
-      std::transform(out.begin(), out.end(), found->second.begin(), out.begin(),
-                     [](std::uint8_t a, std::uint8_t b) { return a | b; });
+      add_gaps(out, found->second);
     }
   }
   return out;

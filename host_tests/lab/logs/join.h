@@ -22,6 +22,8 @@ FlightLog joined(std::vector<FlightLog> logs);
 std::vector<Flight> flights_of(const std::vector<Stretch>& stretches, const std::string& file, const FlightLog& log);
 /// In a pause nothing is sampled; each signal has the first value of the next stretch, as between joined logs.
 void fill_pauses(FlightLog& log);
+/// Marks in `gap` what `more`, of the same length, marks.
+void add_gaps(std::vector<std::uint8_t>& gap, const std::vector<std::uint8_t>& more);
 /// Notes how many samples are missing, without the pauses.
 void note_gaps(FlightLog& log);
 /// Converts `own_s`, on the clock of log number `flight` (from 0; 0 for a single log), to the joined log's clock.

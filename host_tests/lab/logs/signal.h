@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -79,29 +80,11 @@ constexpr std::optional<Signal> signal_of(std::string_view name) {
 /// Ours (NWU, FLU) and that one differ by half a turn about x, in the world and in the body alike. Sticks are counts
 /// and have no frame. thrust_dir is the body's z axis, which is itself reversed there: so only its x changes sign.
 constexpr double sign_in_ned_frd(Signal signal) {
-  switch (signal) {
-    case Signal::kCommandPitch:
-    case Signal::kCommandYawRate:
-    case Signal::kCommandClimb:
-    case Signal::kAttitudePitch:
-    case Signal::kAttitudeYaw:
-    case Signal::kRateY:
-    case Signal::kRateZ:
-    case Signal::kPositionY:
-    case Signal::kPositionZ:
-    case Signal::kVelocityY:
-    case Signal::kVelocityZ:
-    case Signal::kForceY:
-    case Signal::kForceZ:
-    case Signal::kThrustDirX:
-    case Signal::kAttitudeQy:
-    case Signal::kAttitudeQz:
-    case Signal::kCommandQy:
-    case Signal::kCommandQz:
-      return -1.0;
-    default:
-      return 1.0;
-  }
+  using enum Signal;
+  constexpr std::array kTurned{kCommandPitch, kCommandYawRate, kCommandClimb, kAttitudePitch, kAttitudeYaw, kRateY,
+                               kRateZ,        kPositionY,      kPositionZ,    kVelocityY,     kVelocityZ,   kForceY,
+                               kForceZ,       kThrustDirX,     kAttitudeQy,   kAttitudeQz,    kCommandQy,   kCommandQz};
+  return std::find(kTurned.begin(), kTurned.end(), signal) == kTurned.end() ? 1.0 : -1.0;
 }
 
 /// The n-th signal of a group of neighbours: offset(Signal::kRateX, 2) is kRateZ.

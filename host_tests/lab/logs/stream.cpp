@@ -11,6 +11,31 @@ namespace {
 constexpr double kGapFloor_s = 0.05;   // a stream of 100 Hz may lose four samples in a row without a gap
 constexpr double kGapIntervals = 3.5;  // for slower streams: in their own intervals
 
+enum class ClockState { kRuns, kStands, kSpoilt, kBackwards };
+
+/// Judges the clock of row k after the rows taken so far. A single row out of order with both neighbours is spoilt.
+ClockState clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
+  const double t = stream.time_s[k];
+  if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
+    return ClockState::kSpoilt;
+  }
+  if (taken_s.empty()) {
+    return ClockState::kRuns;
+  }
+  const double last = taken_s.back();
+  const bool has_next = k + 1 < stream.time_s.size();
+  const double next = has_next ? stream.time_s[k + 1] : t;
+  if (t == last) {
+    return ClockState::kStands;
+  }
+  const bool one_back = t < last && (!has_next || next > last);
+  const bool one_ahead = has_next && t > next && next > last;
+  if (one_back || one_ahead) {
+    return ClockState::kSpoilt;
+  }
+  return t < last ? ClockState::kBackwards : ClockState::kRuns;
+}
+
 }  // namespace
 
 std::vector<double> unwrapped(std::vector<double> counter) {
@@ -43,35 +68,6 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
   const double span = x[hint + 1] - x[hint];
   return y[hint] + (y[hint + 1] - y[hint]) * (at - x[hint]) / span;
 }
-
-namespace {
-
-enum class ClockState { kRuns, kStands, kSpoilt, kBackwards };
-
-/// Judges the clock of row k after the rows taken so far. A single row out of order with both neighbours is spoilt.
-ClockState clock_at(const Stream& stream, std::size_t k, const std::vector<double>& taken_s) {
-  const double t = stream.time_s[k];
-  if (!std::isfinite(t) || !std::isfinite(stream.values[k])) {
-    return ClockState::kSpoilt;
-  }
-  if (taken_s.empty()) {
-    return ClockState::kRuns;
-  }
-  const double last = taken_s.back();
-  const bool has_next = k + 1 < stream.time_s.size();
-  const double next = has_next ? stream.time_s[k + 1] : t;
-  if (t == last) {
-    return ClockState::kStands;
-  }
-  const bool one_back = t < last && (!has_next || next > last);
-  const bool one_ahead = has_next && t > next && next > last;
-  if (one_back || one_ahead) {
-    return ClockState::kSpoilt;
-  }
-  return t < last ? ClockState::kBackwards : ClockState::kRuns;
-}
-
-}  // namespace
 
 Stream without_defects(const Stream& stream, StreamDefects& untidy, std::size_t& backwards) {
   Stream tidy;

@@ -2,14 +2,13 @@
 #include "host_tests/lab/logs/stretches.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <utility>
 
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -79,10 +78,7 @@ std::string list_of(const std::vector<Stretch>& stretches) {
   constexpr std::size_t kListed = 8;
   std::string out;
   for (std::size_t i = 0; i < std::min(kListed, stretches.size()); ++i) {
-    std::array<char, 80> text{};
-    std::snprintf(text.data(), text.size(), "%s%.2f to %.2f s", i == 0 ? "" : ", ", stretches[i].from_s,
-                  stretches[i].to_s);
-    out += text.data();
+    out += printed("%s%.2f to %.2f s", i == 0 ? "" : ", ", stretches[i].from_s, stretches[i].to_s);
   }
   return stretches.size() > kListed ? out + ", ..." : out;
 }

@@ -2,13 +2,12 @@
 #include "host_tests/lab/logs/write_csv.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
-#include <cstdio>
 #include <fstream>
 #include <numeric>
 
 #include "host_tests/lab/input_error.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -30,19 +29,6 @@ std::vector<Column> columns_of(const FlightLog& log) {
     out.push_back({"extra_" + name, &values, {}});
   }
   return out;
-}
-
-std::string digits(double value) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.9g", value);
-  return text.data();
-}
-
-/// A time with fifteen digits: a clock may count from 1970, and nine digits would resolve only ten seconds of it.
-std::string stamp(double time_s) {
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%.15g", time_s);
-  return text.data();
 }
 
 void finish(std::ofstream& out, const std::string& file) {
@@ -69,10 +55,11 @@ void write_csv(const FlightLog& log, const std::string& file) {
   out << (has_gaps ? ",gap\n" : "\n");
   for (const Flight& part : parts) {
     for (std::size_t k = part.begin; k < part.end; ++k) {
-      out << stamp(part.start_s + static_cast<double>(k - part.begin) * log.period_s);
+      // Fifteen digits: a clock may count from 1970, and nine digits would resolve only ten seconds of it.
+      out << printed("%.15g", part.start_s + static_cast<double>(k - part.begin) * log.period_s);
       for (const Column& column : columns) {
         const bool sampled = k >= column.gap.size() || column.gap[k] == 0;
-        out << "," << (sampled ? digits((*column.values)[k]) : "");
+        out << "," << (sampled ? printed("%.9g", (*column.values)[k]) : "");
       }
       out << (has_gaps ? (log.gap[k] != 0 ? ",1\n" : ",0\n") : "\n");
     }

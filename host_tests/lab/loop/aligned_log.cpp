@@ -3,14 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "firmware/safety/failsafe.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/logs/alignment/capture_alignment.h"
 #include "host_tests/lab/logs/formats/ulog.h"
 #include "host_tests/lab/statistics.h"
+#include "host_tests/lab/whole_file.h"
 #include "host_tests/sim/world/random.h"
 
 namespace m100::lab::loop {
@@ -91,13 +90,7 @@ std::string excitation(std::uint64_t seed, double duration_s) {
 }
 
 FlownLog load_flown(const experiments::FlightResult& flight, const std::string& path) {
-  {
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(flight.log.data()), static_cast<std::streamsize>(flight.log.size()));
-    if (!file) {
-      throw InputError(path, 0, "", "cannot be written");
-    }
-  }
+  write_whole_file(path, {reinterpret_cast<const char*>(flight.log.data()), flight.log.size()});
   FlownLog out;
   out.descent = flight.descent;
   out.log =

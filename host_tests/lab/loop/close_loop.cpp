@@ -15,22 +15,18 @@
 #include "host_tests/lab/input_error.h"
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
-#include "host_tests/lab/loop/results.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/loop/vehicle_comparison.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file) {
-  experiments::FlightPlan plan;
-  plan.plant = options.plant;
-  plan.vehicle = options.vehicle;
+  experiments::FlightPlan plan = options.plan;
   plan.course = excitation(seed, options.flight_s);
   plan.duration_s = options.flight_s;
   plan.seed = seed;
   plan.keep_log = true;
-  plan.body = options.body;
-  plan.law = options.law;
   const experiments::FlightResult flight = experiments::fly(plan);
   if (!flight.flew) {
     throw InputError("loop", 0, "", "control was never obtained: there is no flight to identify from");
@@ -48,13 +44,11 @@ identify::Range flown(const FlownLog& flight) {
 std::vector<experiments::TaskResult> fly_tasks(const LoopOptions& options, const companion::VehicleFile& vehicle,
                                                std::uint64_t seed, const std::vector<std::string>& tasks, int seeds) {
   experiments::SuiteOptions suite;
-  suite.plant = options.plant;
-  suite.vehicle = vehicle;
+  suite.plan = options.plan;
+  suite.plan.vehicle = vehicle;
   suite.seed = seed;
   suite.seeds = seeds;
-  suite.law = options.law;
   suite.literal_steps = false;
-  suite.body = options.body;
   std::vector<experiments::TaskResult> out;
   for (const std::string& task : tasks) {
     suite.only = task;
@@ -71,15 +65,16 @@ constexpr std::array kChannels{"roll", "pitch", "climb", "yaw_rate", "translatio
 
 class Loop {
  public:
-  explicit Loop(const LoopOptions& options) : options_(options), believed_(options.vehicle.vehicle) {
-    result_.vehicle = options.vehicle;
-    result_.before_vehicle = options.vehicle.vehicle;
-    result_.before_ordered.vehicle = options.vehicle.vehicle;
+  explicit Loop(const LoopOptions& options) : options_(options), believed_(options.plan.vehicle.vehicle) {
+    result_.vehicle = options.plan.vehicle;
+    result_.before_vehicle = options.plan.vehicle.vehicle;
+    result_.before_ordered.vehicle = options.plan.vehicle.vehicle;
   }
 
   LoopResult run() {
     report_progress("flying the present vehicle");
-    result_.before.experiments = fly_tasks(options_, options_.vehicle, options_.seed, options_.tasks, options_.seeds);
+    result_.before.experiments =
+        fly_tasks(options_, options_.plan.vehicle, options_.seed, options_.tasks, options_.seeds);
     const LogFolder folder(options_.log_folder);
     const FlownLog first = control_range(options_.seed + 101, folder.file("loop_train.ulg"));
     const FlownLog second = control_range(options_.seed + 202, folder.file("loop_validate.ulg"));
@@ -129,7 +124,7 @@ class Loop {
       FlownLog next = fly_and_log(options_, seed + static_cast<std::uint64_t>(flight) * kAnother,
                                   (path.parent_path() / name).string());
       const double length_s = next.in_control.second - next.in_control.first;
-      std::string messages = name + two_numbers(": under control for %.1f s of %.0f s", length_s, options_.flight_s) +
+      std::string messages = name + printed(": under control for %.1f s of %.0f s", length_s, options_.flight_s) +
                              ", ended by " + next.descent +
                              (flight + 1 < kFlights ? ": flown again" : ": the longest of these flights is used");
       if (flight == 0 || length_s > best.in_control.second - best.in_control.first) {
@@ -184,13 +179,13 @@ class Loop {
     const bool better = predicts_better(believed_, candidate, flight, channel);
     candidates_[channel] = candidate;
     result_.decisions.push_back(channel + (better ? ": predicts better, " : ": left as it was, ") +
-                                two_numbers("1 s ahead on the second flight %.4f before, %.4f after", before, after));
+                                printed("1 s ahead on the second flight %.4f before, %.4f after", before, after));
     return better;
   }
 
   companion::VehicleFile vehicle_with(const std::set<std::string>& channels) const {
     model::Vehicle vehicle = believed_;
-    std::map<std::string, std::string> sources = options_.vehicle.sources;
+    std::map<std::string, std::string> sources = options_.plan.vehicle.sources;
     for (const std::string& channel : channels) {
       vehicle = with_channel(vehicle, candidates_.at(channel), channel);
       sources[(channel == "translation" ? "" : "axis.") + channel] =

@@ -19,13 +19,10 @@
 namespace m100::lab::loop {
 
 struct LoopOptions {
-  sim::Plant plant;                ///< handed to the simulator only
-  companion::VehicleFile vehicle;  ///< the present vehicle file
+  experiments::FlightPlan plan;  ///< of every flight: the plant, handed to the simulator only; the present vehicle file
   std::uint64_t seed = 1;
   int seeds = 5;           ///< flights per task and condition, before and after, in pairs
   double flight_s = 75.0;  ///< of each identification flight
-  mpc::Law law = mpc::Law::kMpc;
-  sim::BodyJob* body = nullptr;  ///< as experiments::FlightPlan
   std::vector<std::string> tasks{"hover", "step", "trajectory"};
   bool keep_worse = false;  ///< keeps the new vehicle file even if it is worse as flown
   std::string log_folder;   ///< keeps the logs of the identification flights; empty: none are kept
@@ -59,7 +56,7 @@ struct LoopResult {
 /// worse. Published predictions are those of a third flight.
 LoopResult close_loop(const LoopOptions& options);
 
-/// One identification flight with options.vehicle on excitation(seed), and its log in `file`. Errors: InputError.
+/// One identification flight with options.plan.vehicle on excitation(seed), and its log in `file`. Errors: InputError.
 FlownLog fly_and_log(const LoopOptions& options, std::uint64_t seed, const std::string& file);
 /// The part of a flight's log that was flown under control, without its first second and its last 0.3 s.
 identify::Range flown(const FlownLog& flight);

@@ -3,10 +3,12 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <tuple>
 
 #include "firmware/companion/command_line.h"
 #include "firmware/companion/files/file_use.h"
 #include "firmware/companion/files/text/suggestion.h"
+#include "firmware/companion/files/vehicle_keys.h"
 #include "firmware/mpc/generated/gain_table.h"
 #include "host_tests/lab/body_options.h"
 #include "host_tests/lab/input_error.h"
@@ -16,7 +18,6 @@
 #include "host_tests/lab/loop/model_comparison.h"
 #include "host_tests/lab/loop/page.h"
 #include "host_tests/lab/loop/results.h"
-#include "host_tests/lab/loop/world_numbers.h"
 #include "host_tests/lab/option_words.h"
 #include "host_tests/lab/printable.h"
 #include "host_tests/lab/subcommands.h"
@@ -58,7 +59,7 @@ void check_files(const LoopOptions& options) {
 
 /// Compares vehicle files on one plant instead of closing the loop.
 void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
-  if (options.plant_from.empty() || !options.plant.empty() || loop.body != nullptr) {
+  if (options.plant_from.empty() || !options.plant.empty() || loop.plan.body != nullptr) {
     throw InputError("--models", 0, "", "needs --plant-from, and neither --plant nor --body");
   }
   std::vector<loop::ComparedModel> models;
@@ -69,6 +70,21 @@ void run_models(const LoopOptions& options, const loop::LoopOptions& loop) {
       loop::compare_models(loop, models, companion::load_vehicle(options.plant_from).vehicle);
   loop::print(std::cout, scores);
   write_json(options.json, loop::to_json(scores).sorted(), 2);
+}
+
+/// Every number of an axis that the world or the vehicle file has; "without": of an axis that lacks the effect.
+Json axis_numbers(const model::StickAxis& world, const model::StickAxis& vehicle, model::AxisUnit unit) {
+  const model::StickAxis neutral;
+  Json out = Json::object();
+  for (const companion::NumberKey<model::StickAxis>& key : companion::axis_keys(unit)) {
+    const double in_world = world.*key.member;
+    const double in_file = vehicle.*key.member;
+    const double without = neutral.*key.member;
+    if (in_world != without || in_file != without) {
+      out[std::string(key.key)] = {{"world", in_world}, {"vehicle", in_file}, {"without", without}};
+    }
+  }
+  return out;
 }
 
 void run(const LoopOptions& options) {
@@ -85,15 +101,15 @@ void run(const LoopOptions& options) {
     throw InputError("--plant", 0, "",
                      "is missing: give the plant file of the simulated world, or --plant-from, or a --body");
   }
-  loop.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
-  loop.vehicle =
+  loop.plan.plant = sim::plant_of_options(options.body, options.plant, options.plant_from);
+  loop.plan.vehicle =
       options.vehicle.empty() ? companion::as_file(mpc::generated::kVehicle) : companion::load_vehicle(options.vehicle);
   loop.seed = options.seed;
   loop.seeds = options.seeds;
-  loop.law = law_of(options.law);
+  loop.plan.law = law_of(options.law);
   loop.keep_worse = options.keep_worse;
   sim::BodyJob body(options.body);
-  loop.body = options.body.is_identified() ? nullptr : &body;
+  loop.plan.body = options.body.is_identified() ? nullptr : &body;
   loop.tasks = options.tasks == "none" ? std::vector<std::string>{} : list_of("--tasks", options.tasks);
   constexpr std::array<std::string_view, 3> kTasks{"hover", "step", "trajectory"};
   for (const std::string& task : loop.tasks) {
@@ -114,7 +130,7 @@ void run(const LoopOptions& options) {
     return;
   }
   const loop::LoopResult result = loop::close_loop(loop);
-  const companion::VehicleFile& kept = result.is_kept ? result.vehicle : loop.vehicle;
+  const companion::VehicleFile& kept = result.is_kept ? result.vehicle : loop.plan.vehicle;
   companion::save_vehicle(options.out, kept);
   loop::print(std::cout, result);
   if (!options.report.empty()) {
@@ -123,7 +139,12 @@ void run(const LoopOptions& options) {
     std::cout << "wrote " << printable(page) << "\n";
   }
   Json json = loop::to_json(result);
-  json["world"] = loop::world_numbers(loop.plant, loop.vehicle.vehicle);
+  // For reports only, after the loop is closed: neither controller nor identification see it.
+  const auto& [world, flown] = std::tie(loop.plan.plant, loop.plan.vehicle.vehicle);
+  json["world"] = {{"roll", axis_numbers(world.roll, flown.roll, model::AxisUnit::kTilt_rad)},
+                   {"pitch", axis_numbers(world.pitch, flown.pitch, model::AxisUnit::kTilt_rad)},
+                   {"yaw_rate", axis_numbers(world.yaw_rate, flown.yaw_rate, model::AxisUnit::kYawRate_rad_s)},
+                   {"climb", axis_numbers(world.climb, flown.climb, model::AxisUnit::kClimb_m_s)}};
   write_json(options.json, json.sorted(), 2);
 }
 

@@ -2,13 +2,12 @@
 #include "host_tests/lab/loop/model_comparison.h"
 
 #include <array>
-#include <cmath>
-#include <cstdio>
 
 #include "host_tests/lab/loop/aligned_log.h"
 #include "host_tests/lab/loop/log_folder.h"
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -16,30 +15,20 @@ namespace {
 /// Flies the tasks with one model and writes its errors.
 void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScore& score) {
   for (const std::string& task : options.tasks) {
-    std::vector<double> pose2(static_cast<std::size_t>(options.seeds), 0.0);
-    std::vector<double> horizontal2 = pose2;
+    Squares sums;
     double cells = 0.0;
     for (const experiments::TaskResult& cell : fly_tasks(options, model.vehicle, options.seed, {task}, options.seeds)) {
-      if (cell.flights.size() != pose2.size() || diverged(cell)) {
+      if (cell.flights.size() != static_cast<std::size_t>(options.seeds) || diverged(cell)) {
         score.diverged.push_back(task + ", " + cell.task->condition);
         continue;
       }
-      for (std::size_t i = 0; i < pose2.size(); ++i) {
-        const experiments::Cell& flight = cell.flights[i];
-        pose2[i] += flight.pose_m * flight.pose_m;
-        horizontal2[i] += flight.x_m * flight.x_m + flight.y_m * flight.y_m;
-      }
+      add(cell.flights, sums);
       cells += 1.0;
     }
-    if (cells == 0.0) {
-      continue;
+    if (cells > 0.0) {
+      score.pose_m[task] = mean_with_interval(root_mean(sums[0], cells));
+      score.horizontal_m[task] = mean_with_interval(root_mean(sums[1], cells));
     }
-    for (std::size_t i = 0; i < pose2.size(); ++i) {
-      pose2[i] = std::sqrt(pose2[i] / cells);
-      horizontal2[i] = std::sqrt(horizontal2[i] / cells);
-    }
-    score.pose_m[task] = mean_with_interval(pose2);
-    score.horizontal_m[task] = mean_with_interval(horizontal2);
   }
 }
 
@@ -47,7 +36,7 @@ void fly_model(const LoopOptions& options, const ComparedModel& model, ModelScor
 using ModelErrors = std::vector<std::array<std::vector<double>, identify::kQuantities.size()>>;
 ModelErrors predict_all(const LoopOptions& options, const std::vector<ComparedModel>& models) {
   LoopOptions excited = options;
-  excited.vehicle = models.back().vehicle;
+  excited.plan.vehicle = models.back().vehicle;
   const LogFolder folder(options.log_folder);
   ModelErrors errors(models.size());
   for (int i = 0; i < options.seeds; ++i) {
@@ -73,10 +62,8 @@ Json json_of(const std::map<std::string, Interval>& intervals) {
 
 void print(std::ostream& out, const char* what, const std::map<std::string, Interval>& intervals) {
   for (const auto& [name, interval] : intervals) {
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value,
-                  interval.low, interval.high);
-    out << text.data();
+    out << printed("  %-10s %-28s %.4f [%.4f, %.4f]\n", what, name.c_str(), interval.value, interval.low,
+                   interval.high);
   }
 }
 
@@ -110,11 +97,9 @@ void print(std::ostream& out, const std::vector<ModelScore>& scores) {
     for (const std::string& cell : score.diverged) {
       out << "  " << cell << ": flew away, or never obtained control\n";
     }
-    std::array<char, 160> text{};
-    std::snprintf(text.data(), text.size(), "  margins    %s: peak sensitivity %.2f, delay margin %.0f ms%s\n",
-                  gains::words(gains::kVirtualRcTiming).c_str(), score.margins.peak_sensitivity,
-                  1e3 * score.margins.delay_margin_s, score.margins.stable ? "" : ", unstable");
-    out << text.data();
+    out << printed("  margins    %s: peak sensitivity %.2f, delay margin %.0f ms%s\n",
+                   gains::words(gains::kVirtualRcTiming).c_str(), score.margins.peak_sensitivity,
+                   1e3 * score.margins.delay_margin_s, score.margins.stable ? "" : ", unstable");
   }
 }
 

@@ -31,7 +31,7 @@ struct ModelScore {
 
 /// Flies every model on the same plant with the same seeds. The predictions are made from excitation flights that the
 /// last model's law flies, one a seed, so that all models predict the same flights.
-/// @param truth  the axes of options.plant as a vehicle, for the margins
+/// @param truth  the axes of options.plan.plant as a vehicle, for the margins
 std::vector<ModelScore> compare_models(const LoopOptions& options, const std::vector<ComparedModel>& models,
                                        const model::Vehicle& truth);
 

@@ -57,14 +57,17 @@ void predictions(const LoopResult& result, plot::Page& page) {
   page.table(rows, worse);
 }
 
+double distance_m(const experiments::TracePoint& p) {
+  return std::hypot(p.position_m[0] - p.reference_m[0], p.position_m[1] - p.reference_m[1],
+                    p.position_m[2] - p.reference_m[2]);
+}
+
 /// The largest distance from the reference inside the window of the RMS, at least 1 mm.
 double largest(const experiments::TaskResult& before, const experiments::TaskResult& after) {
   double most = 1e-3;
   for (const experiments::TaskResult* const one : {&before, &after}) {
     for (const experiments::TracePoint& p : one->trace) {
-      const double d = std::hypot(p.position_m[0] - p.reference_m[0], p.position_m[1] - p.reference_m[1],
-                                  p.position_m[2] - p.reference_m[2]);
-      most = p.t_s >= one->task->from_s && p.t_s < one->task->to_s ? std::max(most, d) : most;
+      most = p.t_s >= one->task->from_s && p.t_s < one->task->to_s ? std::max(most, distance_m(p)) : most;
     }
   }
   return most;
@@ -74,8 +77,7 @@ plot::Curve distance(const char* name, const experiments::Trace& trace, const ch
   plot::Curve line{.name = name, .color = color};
   for (const experiments::TracePoint& point : trace) {
     line.x.push_back(point.t_s);
-    line.y.push_back(std::hypot(point.position_m[0] - point.reference_m[0], point.position_m[1] - point.reference_m[1],
-                                point.position_m[2] - point.reference_m[2]));
+    line.y.push_back(distance_m(point));
   }
   return line;
 }

@@ -2,7 +2,6 @@
 #include "host_tests/lab/loop/paired_flights.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "host_tests/lab/loop/trial_flights.h"
@@ -10,12 +9,24 @@
 namespace m100::lab::loop {
 namespace {
 
-using Squares = std::array<std::vector<double>, 3>;  ///< of pose, horizontal and vertical error, one for each seed
-
 struct TaskSquares {
   Squares before, after;
   double cells = 0.0;
 };
+
+Json json_of(const PairedErrors& errors) {
+  const auto known = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  return {{"flights", errors.flights},
+          {"before_m", errors.before_m},
+          {"after_m", errors.after_m},
+          {"difference_m",
+           {{"value", errors.difference_m.value},
+            {"low", known(errors.difference_m.low)},
+            {"high", known(errors.difference_m.high)}}},
+          {"verdict", errors.verdict()}};
+}
+
+}  // namespace
 
 void add(const std::vector<experiments::Cell>& flights, Squares& sums) {
   for (std::vector<double>& sum : sums) {
@@ -34,20 +45,6 @@ std::vector<double> root_mean(const std::vector<double>& sums, double cells) {
   std::transform(sums.begin(), sums.end(), out.begin(), [cells](double sum) { return std::sqrt(sum / cells); });
   return out;
 }
-
-Json json_of(const PairedErrors& errors) {
-  const auto known = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
-  return {{"flights", errors.flights},
-          {"before_m", errors.before_m},
-          {"after_m", errors.after_m},
-          {"difference_m",
-           {{"value", errors.difference_m.value},
-            {"low", known(errors.difference_m.low)},
-            {"high", known(errors.difference_m.high)}}},
-          {"verdict", errors.verdict()}};
-}
-
-}  // namespace
 
 std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::TaskResult>& before,
                                                 const std::vector<experiments::TaskResult>& after) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,6 +21,11 @@ struct PairedTask {
 /// missing. Preconditions: the same cells in the same order, the same seeds.
 std::map<std::string, PairedTask> compare_tasks(const std::vector<experiments::TaskResult>& before,
                                                 const std::vector<experiments::TaskResult>& after);
+
+/// Sums over cells of squared errors: of pose, horizontal and vertical, one for each seed [m^2].
+using Squares = std::array<std::vector<double>, 3>;
+void add(const std::vector<experiments::Cell>& flights, Squares& sums);
+std::vector<double> root_mean(const std::vector<double>& sums, double cells);
 
 /// {"flights", "before_m", "after_m", "difference_m": {"value", "low", "high"}, "verdict"} of the pose, and the same
 /// under "horizontal" and "vertical". An interval that does not exist is null.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <ostream>
 
 #include "firmware/companion/files/text/json.h"
@@ -12,6 +11,7 @@
 #include "host_tests/lab/loop/paired_flights.h"
 #include "host_tests/lab/loop/trial_flights.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -41,13 +41,32 @@ Json paired_json(const std::vector<experiments::TaskResult>& before,
   return out;
 }
 
-}  // namespace
-
-std::string two_numbers(const char* format, double a, double b) {
-  std::array<char, 128> out{};
-  std::snprintf(out.data(), out.size(), format, a, b);
-  return out.data();
+void print_believed_found(std::ostream& out, const LoopResult& result) {
+  out << "Believed -> found, with 95 % intervals; *: the difference matters for the prediction\n";
+  for (const auto& [channel, rows] : result.believed_found) {
+    for (const identify::Refitted& one : rows) {
+      out << printed("  %-11s %-24s %10.5g -> %10.5g [%.5g, %.5g]%s\n", channel.c_str(), one.parameter.c_str(),
+                     one.believed, one.found.value, one.found.low, one.found.high, one.matters ? " *" : "");
+    }
+  }
 }
+
+/// For example "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ...".
+std::string missing_effects(const identify::IdentifyResult& found) {
+  std::vector<std::string> out;
+  std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);
+  for (const identify::Change& change : found.changes) {
+    out.push_back(change.name + " changed at " + plot::number(change.at_s) + " s");
+  }
+  if (!found.unexplained.empty()) {
+    out.push_back("unexplained: " + found.unexplained.front());
+  }
+  const char* const none =
+      found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
+  return out.empty() ? none : plot::joined(out, "; ");
+}
+
+}  // namespace
 
 std::vector<std::string> predicted_worse(const LoopResult& result) {
   constexpr double kPredictedWorse = 1.02;
@@ -56,8 +75,8 @@ std::vector<std::string> predicted_worse(const LoopResult& result) {
     const double before = (result.before.prediction.*row.member)[identify::kOneSecond];
     const double after = (result.after.prediction.*row.member)[identify::kOneSecond];
     if (after > kPredictedWorse * before) {
-      out.push_back(std::string("the prediction of ") + row.name + " 1 s ahead is worse on the third flight: " +
-                    two_numbers("%.4f before, %.4f after", before, after));
+      out.push_back(std::string("the prediction of ") + row.name +
+                    " 1 s ahead is worse on the third flight: " + printed("%.4f before, %.4f after", before, after));
     }
   }
   return out;
@@ -84,7 +103,7 @@ std::vector<std::string> verdicts(const LoopResult& result) {
     const gains::TunedMargins kept = gains::margins_over(law, {{"", truth}});
     return std::string("margins on the corrected model, ") + words + ", " + gains::words(gains::kVirtualRcTiming) +
            ": " + (kept.stable ? "" : "UNSTABLE, ") +
-           two_numbers("peak sensitivity %.2f, delay margin %.0f ms", kept.peak_sensitivity, 1e3 * kept.delay_margin_s);
+           printed("peak sensitivity %.2f, delay margin %.0f ms", kept.peak_sensitivity, 1e3 * kept.delay_margin_s);
   };
   out.push_back(margins("law before", result.before_vehicle));
   out.push_back(margins("law after", truth));
@@ -92,10 +111,10 @@ std::vector<std::string> verdicts(const LoopResult& result) {
     out.push_back(
         "at equal margin: the law before is faster than ordered, because its model is wrong. Nobody flies it "
         "with " +
-        two_numbers("%.1f times its input weight (peak sensitivity at most %.1f is ordered):",
-                    model::flown_weights(result.before_ordered.vehicle).input /
-                        model::flown_weights(result.before_vehicle).input,
-                    order_of(result.before_vehicle).peak_sensitivity));
+        printed("%.1f times its input weight (peak sensitivity at most %.1f is ordered):",
+                model::flown_weights(result.before_ordered.vehicle).input /
+                    model::flown_weights(result.before_vehicle).input,
+                order_of(result.before_vehicle).peak_sensitivity));
     out.push_back(margins("law before, at equal margin", result.before_ordered.vehicle));
     add("at equal margin", result.ordered_experiments, result.after.experiments);
   }
@@ -129,38 +148,6 @@ Json to_json(const LoopResult& result) {
   return out;
 }
 
-namespace {
-
-void print_believed_found(std::ostream& out, const LoopResult& result) {
-  out << "Believed -> found, with 95 % intervals; *: the difference matters for the prediction\n";
-  for (const auto& [channel, rows] : result.believed_found) {
-    for (const identify::Refitted& one : rows) {
-      std::array<char, 160> line{};
-      std::snprintf(line.data(), line.size(), "  %-11s %-24s %10.5g -> %10.5g [%.5g, %.5g]%s\n", channel.c_str(),
-                    one.parameter.c_str(), one.believed, one.found.value, one.found.low, one.found.high,
-                    one.matters ? " *" : "");
-      out << line.data();
-    }
-  }
-}
-
-/// For example "dead_zone; trim_offset; gain changed at 31.2 s; unexplained: predictable from stick_roll ...".
-std::string missing_effects(const identify::IdentifyResult& found) {
-  std::vector<std::string> out;
-  std::ranges::transform(found.effects, std::back_inserter(out), &identify::EffectResult::name);
-  for (const identify::Change& change : found.changes) {
-    out.push_back(change.name + " changed at " + plot::number(change.at_s) + " s");
-  }
-  if (!found.unexplained.empty()) {
-    out.push_back("unexplained: " + found.unexplained.front());
-  }
-  const char* const none =
-      found.verdict == "nothing_missing" ? "the file lacks nothing" : "the residual has no named cause";
-  return out.empty() ? none : plot::joined(out, "; ");
-}
-
-}  // namespace
-
 void print(std::ostream& out, const LoopResult& result) {
   print_believed_found(out, result);
   for (const auto& [axis, found] : result.identified) {
@@ -175,8 +162,8 @@ void print(std::ostream& out, const LoopResult& result) {
   out << "\nPrediction error 1 s ahead on a third flight, which no fit and no decision used, before -> after\n";
   for (const identify::Quantity& row : identify::kQuantities) {
     out << "  " << row.name
-        << two_numbers(": %.4f -> %.4f\n", (result.before.prediction.*row.member)[identify::kOneSecond],
-                       (result.after.prediction.*row.member)[identify::kOneSecond]);
+        << printed(": %.4f -> %.4f\n", (result.before.prediction.*row.member)[identify::kOneSecond],
+                   (result.after.prediction.*row.member)[identify::kOneSecond]);
   }
   out << "\nPose RMS [m] (simulated), before -> after\n";
   for (std::size_t i = 0; i < result.before.experiments.size() && i < result.after.experiments.size(); ++i) {
@@ -184,8 +171,8 @@ void print(std::ostream& out, const LoopResult& result) {
     const experiments::TaskResult& after = result.after.experiments[i];
     out << "  " << before.task->task << " " << before.task->condition << ": "
         << (diverged(before) || diverged(after) ? std::string("DIVERGED ") : std::string())
-        << two_numbers("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
-        << two_numbers("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
+        << printed("%.4f -> %.4f", before.mean.pose_m, after.mean.pose_m)
+        << printed("  (tilt %.2f -> %.2f deg)", before.mean.tilt_deg, after.mean.tilt_deg) << "\n";
   }
   for (const std::string& line : verdicts(result)) {
     out << line << "\n";

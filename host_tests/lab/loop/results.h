@@ -17,7 +17,5 @@ inline constexpr const char* kNotKept =
     "the new one";
 void print(std::ostream& out, const LoopResult& result);
 Json to_json(const LoopResult& result);
-/// Two numbers in a printf format, at most 127 characters.
-std::string two_numbers(const char* format, double a, double b);
 
 }  // namespace m100::lab::loop

@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "host_tests/lab/loop/paired_flights.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::loop {
 namespace {
@@ -57,13 +57,9 @@ std::string lost_cells(const Cells& cells) {
 }
 
 std::string describe(const Comparison& comparison) {
-  if (comparison.cells == 0) {
-    return "no task was flown to its end both before and after";
-  }
-  char text[96];
-  std::snprintf(text, sizeof text, "pose RMS %.4f m before, %.4f m after, at equal margin", comparison.before_m,
-                comparison.now_m);
-  return text;
+  return comparison.cells == 0
+             ? "no task was flown to its end both before and after"
+             : printed("pose RMS %.4f m before, %.4f m after, at equal margin", comparison.before_m, comparison.now_m);
 }
 
 void report_lost(const Cells& before, const Cells& now, Trial& out) {
@@ -74,14 +70,6 @@ void report_lost(const Cells& before, const Cells& now, Trial& out) {
     out.messages.push_back("trial flights: diverged with the found models: " + lost);
   }
 }
-
-}  // namespace
-
-bool diverged(const experiments::TaskResult& cell) {
-  return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
-}
-
-namespace {
 
 /// The channel of `kept` without which the trial is best, and the cells flown without it.
 std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, const Cells& before,
@@ -102,6 +90,10 @@ std::pair<std::string, Cells> without_one(const std::set<std::string>& kept, con
 }
 
 }  // namespace
+
+bool diverged(const experiments::TaskResult& cell) {
+  return cell.refused > 0 || !std::isfinite(cell.mean.pose_m) || cell.mean.pose_m > kFar_m;
+}
 
 bool is_worse(const Cells& now, const Cells& before) { return compare(now, before).is_worse(); }
 

@@ -58,18 +58,22 @@ std::vector<std::string> declared_translation(const model::Translation& translat
   return out;
 }
 
+/// The number of a channel that is an axis by its key in the vehicle file; null: there is none.
+double StickAxis::*member_of(const std::string& channel, const std::string& key) {
+  double StickAxis::*out = nullptr;
+  model::for_each_axis_number([&](const model::AxisNumber& number) {
+    out = number.file.key[static_cast<std::size_t>(unit_of(channel))] == key ? number.member : out;
+  });
+  return out;
+}
+
 /// Sets one number of the channel by its key in the vehicle file.
 void set(model::Vehicle& vehicle, const std::string& channel, const std::string& key, double value) {
   if (channel == "translation") {
     vehicle.translation = vehicle.translation.with(key, value);
-    return;
+  } else if (double StickAxis::*const member = member_of(channel, key); member != nullptr) {
+    vehicle.*axis_of(channel).*member = value;
   }
-  StickAxis& axis = vehicle.*axis_of(channel);
-  model::for_each_axis_number([&](const model::AxisNumber& number) {
-    if (number.file.key[static_cast<std::size_t>(unit_of(channel))] == key) {
-      axis.*number.member = value;
-    }
-  });
 }
 
 constexpr std::string_view kDeadZone = "dead_zone_counts";
@@ -91,13 +95,8 @@ double number_of(const model::Vehicle& vehicle, const std::string& channel, cons
   if (channel == "translation") {
     return model::number_of(vehicle.translation, key);
   }
-  double out = 0.0;
-  model::for_each_axis_number([&](const model::AxisNumber& number) {
-    if (number.file.key[static_cast<std::size_t>(unit_of(channel))] == key) {
-      out = vehicle.*axis_of(channel).*number.member;
-    }
-  });
-  return out;
+  double StickAxis::*const member = member_of(channel, key);
+  return member == nullptr ? 0.0 : vehicle.*axis_of(channel).*member;
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "host_tests/lab/printed.h"
+
 namespace m100::lab::plot {
 namespace {
 
@@ -29,9 +31,7 @@ Color color_at(double share) {
 std::string style_at(double share) {
   const Color c = color_at(share);
   const double luminance = 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2];
-  std::ostringstream out;
-  out << "background:rgb(" << c[0] << ',' << c[1] << ',' << c[2] << ");color:" << (luminance < 128.0 ? "#fff" : "#222");
-  return out.str();
+  return printed("background:rgb(%g,%g,%g);color:%s", c[0], c[1], c[2], luminance < 128.0 ? "#fff" : "#222");
 }
 
 /// The ends of an interval and the believed value: differences from the value, divided by the value's size.

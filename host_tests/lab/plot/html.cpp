@@ -4,17 +4,16 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <sstream>
 #include <utility>
 
 #include "firmware/companion/version.h"
-#include "host_tests/lab/input_error.h"
 #include "host_tests/lab/plot/charts.h"
 #include "host_tests/lab/plot/live.h"
 #include "host_tests/lab/plot/page_files.h"
 #include "host_tests/lab/plot/svg.h"
+#include "host_tests/lab/whole_file.h"
 
 namespace m100::lab::plot {
 namespace {
@@ -142,12 +141,7 @@ void Page::write(const std::string& path) const {
   if (!folder.empty()) {
     std::filesystem::create_directories(folder, error);
   }
-  std::ofstream file(path, std::ios::binary);
-  file << html();
-  file.flush();
-  if (!file) {
-    throw InputError(path, 0, "", "cannot be written");
-  }
+  write_whole_file(path, html());
 }
 
 }  // namespace m100::lab::plot

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "host_tests/lab/plot/live.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 
 #include "firmware/companion/files/text/json.h"
 #include "host_tests/lab/plot/page_files.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::plot {
 namespace {
@@ -33,10 +32,8 @@ std::string quoted(const std::string& words) {
 /// A JSON array of the values with `digits` significant digits; null for a value that is not finite.
 std::string numbers(const std::vector<double>& values, int digits) {
   std::string out = "[";
-  std::array<char, 32> one{};
   for (const double value : values) {
-    std::snprintf(one.data(), one.size(), "%.*g", digits, value);
-    out += (out.size() > 1 ? "," : "") + std::string(std::isfinite(value) ? one.data() : "null");
+    out += (out.size() > 1 ? "," : "") + (std::isfinite(value) ? printed("%.*g", digits, value) : "null");
   }
   return out + "]";
 }

@@ -4,11 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <sstream>
 #include <string_view>
+
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::plot {
 namespace {
@@ -58,9 +59,7 @@ double tick_step(const Range& range, int count) {
 
 std::string tick_label(double value, double step) {
   const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 6);
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.*f", digits, std::abs(value) < step / 1e6 ? 0.0 : value);
-  return text.data();
+  return printed("%.*f", digits, std::abs(value) < step / 1e6 ? 0.0 : value);
 }
 
 void text(std::ostream& out, double x, double y, const std::string& words, const char* anchor,
@@ -114,7 +113,6 @@ void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
       << "\" stroke-linejoin=\"round\" stroke-linecap=\"round\"" << (line.dashed ? " stroke-dasharray=\"6 4\"" : "")
       << " d=\"";
   bool pen_down = false;
-  std::array<char, 64> step{};
   const Curve drawn = thinned(line, static_cast<std::size_t>(4.0 * s.width));
   for (std::size_t i = 0; i < drawn.x.size(); ++i) {
     if (!std::isfinite(drawn.y[i])) {
@@ -122,9 +120,7 @@ void draw_line(std::ostream& out, const Curve& line, const Sheet& s) {
       continue;
     }
     // The line of no length shows a point that has no neighbours.
-    std::snprintf(step.data(), step.size(), pen_down ? "L%.1f %.1f" : "M%.1f %.1fh0", s.px(drawn.x[i]),
-                  s.py(drawn.y[i]));
-    out << step.data();
+    out << printed(pen_down ? "L%.1f %.1f" : "M%.1f %.1fh0", s.px(drawn.x[i]), s.py(drawn.y[i]));
     pen_down = true;
   }
   out << "\"/>\n";
@@ -237,28 +233,22 @@ std::string escape(const std::string& words) {
 }
 
 std::string number(double value) {
-  std::array<char, 32> text{};
   if (!std::isfinite(value)) {
     return "–";
   }
   const double size = std::abs(value);
   if (size > 0.0 && size < 1e-3) {
-    std::snprintf(text.data(), text.size(), "%.2e", value);
-  } else {
-    const int digits = size == 0.0 ? 0 : std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 5);
-    std::snprintf(text.data(), text.size(), "%.*f", digits, value);
+    return printed("%.2e", value);
   }
-  return text.data();
+  return printed("%.*f", size == 0.0 ? 0 : std::clamp(2 - static_cast<int>(std::floor(std::log10(size))), 0, 5), value);
 }
 
 std::string percent(double share) {
-  std::array<char, 32> text{};
   const double tenths = std::round(1000.0 * share);
   if (!std::isfinite(share) || tenths == 0.0) {
     return std::isfinite(share) ? "0 %" : "–";
   }
-  std::snprintf(text.data(), text.size(), "%+.*f %%", std::abs(tenths) < 100.0 ? 1 : 0, tenths / 10.0);
-  return text.data();
+  return printed("%+.*f %%", std::abs(tenths) < 100.0 ? 1 : 0, tenths / 10.0);
 }
 
 Curve in_order(const Curve& curve) {
@@ -339,9 +329,7 @@ std::string svg(const Figure& given, bool bare) {
   text(out, s.left + s.width / 2, figure.height - 10, figure.x_label, "middle");
   if (!bare) {
     const double y_middle = s.top + s.height / 2;
-    std::ostringstream turned;
-    turned << "transform=\"rotate(-90 14 " << y_middle << ")\"";
-    text(out, 14, y_middle, figure.y_label, "middle", turned.str());
+    text(out, 14, y_middle, figure.y_label, "middle", printed("transform=\"rotate(-90 14 %g)\"", y_middle));
   }
   out << "</svg>\n";
   return out.str();

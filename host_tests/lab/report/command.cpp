@@ -19,7 +19,6 @@ namespace {
 struct ReportOptions {
   std::string out;
   std::string title = "Matrice 100: identified, flown, compared";
-  std::string asked;
   std::string lead;
   std::string note;
   report::Sources sources;
@@ -56,11 +55,9 @@ void run(const ReportOptions& options) {
       .check();
   plot::Page whole(options.title);
   if (options.sources.any()) {
-    report::Sources sources = options.sources;
-    sources.asked = options.asked;
-    report::summarise(sources, whole);
-  } else if (!options.asked.empty()) {
-    whole.paragraph("Asked: " + options.asked);
+    report::summarise(options.sources, whole);
+  } else if (!options.sources.asked.empty()) {
+    whole.paragraph("Asked: " + options.sources.asked);
   }
   if (!options.note.empty()) {
     whole.paragraph(options.note);
@@ -92,7 +89,7 @@ void add_report(companion::CommandLine& lab) {
   command.add_option("--out", options->out, "the page to write").required();
   command.add_option("--title", options->title, "its title");
   command.add_option("--lead", options->lead, "page (HTML) to show on the first screen, before the links");
-  command.add_option("--asked", options->asked, "the question that the page answers, shown on its first line");
+  command.add_option("--asked", options->sources.asked, "the question that the page answers, shown on its first line");
   command.add_option("--note", options->note, "a sentence under the title");
   command.add_option("--identified", options->sources.identified,
                      "result of identify (JSON), for the summary; may be repeated");

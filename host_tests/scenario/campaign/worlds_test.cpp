@@ -12,6 +12,12 @@
 namespace m100::lab::campaign {
 namespace {
 
+Settings own_settings() {
+  Settings out;
+  out.plan.vehicle = companion::as_file(mpc::generated::kVehicle);
+  return out;
+}
+
 std::vector<std::string> worlds() {
   std::vector<std::string> paths;
   for (const auto& entry : std::filesystem::directory_iterator(M100_WORLDS)) {
@@ -24,7 +30,7 @@ std::vector<std::string> worlds() {
 class ShippedWorld : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedWorld, IsStayedInWithAStepOfThreeMetres) {
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   const Outcome flown = fly_one(sim::load_plant(GetParam()), tasks_of("step_3m").front(), 1, settings);
   EXPECT_TRUE(flown.stayed) << flown.why << " at " << flown.failed_at_s << " s";
   EXPECT_FALSE(flown.breached);
@@ -38,7 +44,7 @@ TEST_P(ShippedWorld, IsStayedInWithAStepOfThreeMetres) {
 // offset that is estimated in the axes of the heading: five of these six healthy flights had false alarms, and one left
 // its fence.
 TEST(PosesInWind, NotReportedFaultyInTurns) {
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   for (const char* const world : {"wind_8.toml", "wind_10.toml"}) {
     const sim::Plant plant = sim::load_plant((std::filesystem::path(M100_WORLDS) / world).string());
     for (const std::uint64_t seed : {710U, 728U, 739U}) {
@@ -53,7 +59,7 @@ TEST(PosesInWind, NotReportedFaultyInTurns) {
 // against the force that takes the observer's delay for a wrong pose: of these eight flights five were given back.
 TEST(SlungLoad, PosesAreNotReportedFaulty) {
   RecordProperty("promise", "R17");
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   const sim::Plant plant = sim::parse_plant(
       "[pose]\nrate_hz = 30.0\nlatency_s = 0.035\n[payload]\nmass_kg = 1.0\nslung_length_m = 0.85\n"
       "picked_up_at_s = 13.6\n[air]\nlinear_drag_per_s = 0.11\nwind_m_s = [0.7, -0.3, 0.0]\n",
@@ -71,7 +77,7 @@ TEST(SlungLoad, PosesAreNotReportedFaulty) {
 // Catches a limit that covers only the command: these four flights reached 34.4 to 34.8 degrees.
 TEST(TiltInWind, StaysWellBelow35DegreesWhereTheHeadingTurns) {
   RecordProperty("promise", "R12");
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   const sim::Plant plant = sim::load_plant((std::filesystem::path(M100_WORLDS) / "wind_10.toml").string());
   for (const std::uint64_t seed : {8002U, 8023U, 8027U, 8039U}) {
     const Outcome flown = fly_one(plant, tasks_of("trajectory").front(), seed, settings);
@@ -84,7 +90,7 @@ TEST(TiltInWind, StaysWellBelow35DegreesWhereTheHeadingTurns) {
 // The waiting time is part of a pose's age and must be identified with it. Catches a capture time that is later than
 // the true one by the time on the line.
 TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   for (const double jitter_s : {0.0, 0.02, 0.04}) {
     sim::Plant plant = sim::measured_plant();
     plant.pose.rate_hz = 240.0;
@@ -101,12 +107,12 @@ TEST(PoseTimingOfAFlight, IsFoundOnALineThatIsFull) {
 // Gusts at the start of a flight suggest a latency of zero until the effect on the force is known; that estimate must
 // not remain until the end. The poses are 20 ms old, and take 3.8 ms on the line.
 TEST(PoseTimingOfAFlight, LatencyIsFoundInWind) {
-  const Settings settings{.vehicle = companion::as_file(mpc::generated::kVehicle)};
+  const Settings settings = own_settings();
   const Task task = tasks_of("trajectory").front();
   for (const std::uint64_t seed : {700U, 705U, 707U, 710U, 711U}) {
     experiments::FlightPlan plan;
     plan.plant = sim::load_plant((std::filesystem::path(M100_WORLDS) / "wind_10.toml").string());
-    plan.vehicle = settings.vehicle;
+    plan.vehicle = settings.plan.vehicle;
     plan.course = task.course;
     plan.duration_s = task.duration_s;
     plan.seed = seed;

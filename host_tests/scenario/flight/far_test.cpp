@@ -15,9 +15,9 @@ constexpr double kBlind = 100.0;  ///< dropouts a second with which no pose arri
 
 SuiteOptions measured(double dropout_per_s = 0.0) {
   SuiteOptions options;
-  options.plant = sim::measured_plant();
-  options.plant.pose.dropout_per_s = dropout_per_s;
-  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.plan.plant = sim::measured_plant();
+  options.plan.plant.pose.dropout_per_s = dropout_per_s;
+  options.plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   return options;
 }
 
@@ -49,8 +49,8 @@ TEST(FarTasks, ThePlannerSettlesSoonerAndLeavesTheAuthorityOfTheLowestGain) {
   options.only = "step_30m";
   EXPECT_LE(fly_far(options).front().planned.overshoot_m, 0.6);
   constexpr double kLowestGain = 0.8;
-  options.plant.roll.scale_per_count *= kLowestGain;
-  options.plant.pitch.scale_per_count *= kLowestGain;
+  options.plan.plant.roll.scale_per_count *= kLowestGain;
+  options.plan.plant.pitch.scale_per_count *= kLowestGain;
   const FarResult weak = fly_far(options).front();
   EXPECT_EQ(weak.planned.stayed, 1);
   EXPECT_LE(weak.planned.overshoot_m, 2.5);

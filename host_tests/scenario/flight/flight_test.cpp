@@ -36,8 +36,8 @@ class PaperTask : public ::testing::TestWithParam<std::size_t> {};
 TEST_P(PaperTask, IsFlownNoWorseThanThePaperSays) {
   RecordProperty("paper", "IV-D, Control performance summary");
   SuiteOptions options;
-  options.plant = sim::measured_plant();
-  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.plan.plant = sim::measured_plant();
+  options.plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.literal_steps = false;
   const Task& task = paper_tasks()[GetParam()];
   options.only = task.task;

@@ -89,8 +89,8 @@ inline constexpr std::array kHiddenPlants{
 inline LoopResult found_on(const sim::Plant& plant, std::uint64_t seed,
                            const companion::VehicleFile& vehicle = companion::as_file(mpc::generated::kVehicle)) {
   LoopOptions options;
-  options.plant = plant;
-  options.vehicle = vehicle;
+  options.plan.plant = plant;
+  options.plan.vehicle = vehicle;
   options.seed = seed;
   options.tasks = {};
   return close_loop(options);
@@ -160,8 +160,8 @@ inline sim::Plant plant_of(const Hidden& hidden) {
 /// Runs the loop on one hidden plant, with the trajectory flown before and after.
 inline LoopResult closed_on(const Hidden& hidden) {
   LoopOptions options;
-  options.plant = plant_of(hidden);
-  options.vehicle = companion::as_file(mpc::generated::kVehicle);
+  options.plan.plant = plant_of(hidden);
+  options.plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   options.tasks = {"trajectory"};
   return close_loop(options);
 }

@@ -31,7 +31,7 @@ TEST(Loop, LearnsFromTheLongestFlightWhereNoneIsKeptToItsEnd) {
 // Catches a comparison that flies or predicts all models with the same file, and errors without their interval.
 TEST(ModelComparison, PredictsBestWithThePlantsOwnModel) {
   LoopOptions options;
-  options.plant = sim::plant_of_options("", M100_VEHICLE_FILE);
+  options.plan.plant = sim::plant_of_options("", M100_VEHICLE_FILE);
   options.seeds = 2;
   options.flight_s = 20.0;
   options.tasks = {"hover"};

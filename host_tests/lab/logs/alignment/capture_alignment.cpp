@@ -2,12 +2,11 @@
 #include "host_tests/lab/logs/alignment/capture_alignment.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -98,10 +97,8 @@ FlightLog with_aligned_position(FlightLog log) {
     position = moved_later(position, -lag_s / log.period_s);
     log.of(offset(Signal::kVelocityX, c)).clear();
   }
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(),
-                "the position lagged the attitude by %.1f ms, as the heading shows; corrected", 1e3 * lag_s);
-  log.notes.emplace_back(text.data());
+  log.notes.push_back(
+      printed("the position lagged the attitude by %.1f ms, as the heading shows; corrected", 1e3 * lag_s));
   return log;
 }
 

@@ -2,11 +2,10 @@
 #include "host_tests/lab/logs/alignment/sampling_clock.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "host_tests/lab/logs/alignment/bunched_arrivals.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -29,16 +28,14 @@ bool same(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 std::string note_of(const std::string& stream, const SpreadArrivals& spread) {
-  std::array<char, 300> text{};
   const double per_bunch = spread.bunch_s / spread.interval_s;
   const char* const how = spread.by_counter ? "their counter" : "their regular rate, because they have no counter";
   const double sure_s = spread.by_counter ? spread.interval_s : spread.bunch_s;
-  std::snprintf(
-      text.data(), text.size(),
-      ": the samples arrive about %.2g at a time, every %.0f ms; they were spread by %s to %.2f Hz (arrivals up "
-      "to %.0f ms late; the times are certain to %.0f ms)",
-      per_bunch, 1e3 * spread.bunch_s, how, 1.0 / spread.interval_s, 1e3 * spread.delay_s, 1e3 * sure_s);
-  return stream + text.data();
+  return stream +
+         printed(
+             ": the samples arrive about %.2g at a time, every %.0f ms; they were spread by %s to %.2f Hz (arrivals up "
+             "to %.0f ms late; the times are certain to %.0f ms)",
+             per_bunch, 1e3 * spread.bunch_s, how, 1.0 / spread.interval_s, 1e3 * spread.delay_s, 1e3 * sure_s);
 }
 
 }  // namespace

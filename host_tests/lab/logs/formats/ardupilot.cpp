@@ -32,7 +32,8 @@ struct Letter {
   double (*read)(const char*);
   double factor;  ///< scale that the letter itself implies; 1: none
 };
-constexpr std::array<Letter, 20> kLetters{{{'b', 1, &read_as<std::int8_t>, 1},
+constexpr std::array<Letter, 21> kLetters{{{'a', 64, nullptr, 1},  // 32 numbers of 16 bits: not a column
+                                           {'b', 1, &read_as<std::int8_t>, 1},
                                            {'B', 1, &read_as<std::uint8_t>, 1},
                                            {'M', 1, &read_as<std::uint8_t>, 1},
                                            {'h', 2, &read_as<std::int16_t>, 1},
@@ -65,10 +66,9 @@ double read_half(const char* bytes) {
 }
 
 const Letter* letter_of(char letter) {
-  static constexpr Letter kArray{'a', 64, nullptr, 1};  // 32 numbers of 16 bits: not a column
   const auto found =
       std::find_if(kLetters.begin(), kLetters.end(), [&](const Letter& l) { return l.letter == letter; });
-  return letter == 'a' ? &kArray : found == kLetters.end() ? nullptr : &*found;
+  return found == kLetters.end() ? nullptr : &*found;
 }
 
 /// Text of a field of fixed width, up to its first NUL.

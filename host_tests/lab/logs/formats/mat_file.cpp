@@ -63,34 +63,28 @@ std::optional<Element> next(std::string_view& bytes) {
   return out;
 }
 
-std::size_t bytes_each(std::uint32_t storage) {
-  constexpr std::array<std::size_t, 14> kBytes{0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
-  return storage < kBytes.size() ? kBytes[storage] : 0;
-}
+/// How numbers of a storage are read; one of no bytes holds no numbers.
+struct Stored {
+  std::size_t bytes = 0;
+  double (*read)(const char*) = &read_as<double>;
+};
 
-double number(std::uint32_t storage, const char* at) {
-  switch (storage) {
-    case 1:
-      return read_as<std::int8_t>(at);
-    case 2:
-      return read_as<std::uint8_t>(at);
-    case 3:
-      return read_as<std::int16_t>(at);
-    case 4:
-      return read_as<std::uint16_t>(at);
-    case 5:
-      return read_as<std::int32_t>(at);
-    case 6:
-      return read_as<std::uint32_t>(at);
-    case 7:
-      return read_as<float>(at);
-    case 12:
-      return read_as<std::int64_t>(at);
-    case 13:
-      return read_as<std::uint64_t>(at);
-    default:
-      return read_as<double>(at);
-  }
+const Stored& stored(std::uint32_t storage) {
+  static constexpr std::array<Stored, 14> kStored{{{},
+                                                   {1, &read_as<std::int8_t>},
+                                                   {1, &read_as<std::uint8_t>},
+                                                   {2, &read_as<std::int16_t>},
+                                                   {2, &read_as<std::uint16_t>},
+                                                   {4, &read_as<std::int32_t>},
+                                                   {4, &read_as<std::uint32_t>},
+                                                   {4, &read_as<float>},
+                                                   {},
+                                                   {8, &read_as<double>},
+                                                   {},
+                                                   {},
+                                                   {8, &read_as<std::int64_t>},
+                                                   {8, &read_as<std::uint64_t>}}};
+  return kStored[storage < kStored.size() ? storage : 0];
 }
 
 MatVariable matrix_of(std::string_view bytes, int depth);
@@ -116,10 +110,10 @@ void read_fields(std::string_view bytes, int depth, MatVariable& out) {
 
 void read_numbers(std::string_view bytes, MatVariable& out) {
   const auto numbers = next(bytes);
-  if (!numbers || bytes_each(numbers->type) == 0 || out.dims[0] == 0 || out.dims[1] == 0) {
+  if (!numbers || stored(numbers->type).bytes == 0 || out.dims[0] == 0 || out.dims[1] == 0) {
     return;
   }
-  const std::size_t count = numbers->data.size() / bytes_each(numbers->type);
+  const std::size_t count = numbers->data.size() / stored(numbers->type).bytes;
   out.is_matrix = out.dims[0] <= count / out.dims[1];
   out.storage = numbers->type;
   out.bytes = numbers->data;
@@ -149,11 +143,11 @@ MatVariable matrix_of(std::string_view bytes, int depth) {
 
 std::vector<double> MatVariable::row(std::size_t row) const {
   const bool time_is_second = dims[1] >= dims[0];
-  const std::size_t each = bytes_each(storage);
+  const auto& [each, read] = stored(storage);
   std::vector<double> values(length());
   for (std::size_t k = 0; k < values.size(); ++k) {
     const std::size_t index = time_is_second ? row + k * dims[0] : k + row * dims[0];
-    values[k] = number(storage, bytes.data() + index * each);
+    values[k] = read(bytes.data() + index * each);
   }
   return values;
 }

@@ -38,16 +38,11 @@ void RosTopic::decode(double start_s) {
       wrong = "has arrays whose lengths differ from the first message's";
     }
     if (!wrong.empty()) {
-      set_error(wrong);
+      error_text_ = error_text_.empty() ? wrong : error_text_;
       numbers.assign(columns_.size(), kNone);
     }
     append(numbers, received_s - start_s, start_s);
   }
-}
-
-void RosTopic::set_error(const std::string& wrong) {
-  error_text_ = error_text_.empty() ? wrong : error_text_;
-  ++damaged_;
 }
 
 void RosTopic::append(const std::vector<double>& numbers, double received_s, double start_s) {

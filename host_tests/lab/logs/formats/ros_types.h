@@ -76,17 +76,14 @@ class RosTopic {
   const std::vector<double>* field(const std::string& name) const;
   /// The header's message counter; empty: there is none, or its last value equals its first.
   std::vector<double> counter() const;
-  std::size_t damaged() const { return damaged_; }
   const std::string& error_text() const { return error_text_; }
 
  private:
-  void set_error(const std::string& wrong);
   void append(const std::vector<double>& numbers, double received_s, double start_s);
 
   std::vector<std::string> names_;
   std::vector<std::vector<double>> columns_;
   std::vector<double> time_s_;
-  std::size_t damaged_ = 0;
   std::string error_text_;
   bool decoded_ = false;
 };

@@ -2,9 +2,7 @@
 #include "host_tests/lab/logs/proposal/propose.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -14,6 +12,7 @@
 #include "host_tests/lab/logs/proposal/dialects.h"
 #include "host_tests/lab/logs/signal.h"
 #include "host_tests/lab/logs/stream.h"
+#include "host_tests/lab/printed.h"
 
 namespace m100::lab::logs {
 namespace {
@@ -67,10 +66,8 @@ class Proposer {
     std::string out = "\"";
     for (const char c : text) {
       const auto byte = static_cast<unsigned char>(c);
-      std::array<char, 8> escaped{};
-      std::snprintf(escaped.data(), escaped.size(), "\\u%04x", static_cast<unsigned>(byte));
       out += c == '"' || c == '\\'         ? std::string("\\") + c
-             : byte < 0x20 || byte == 0x7F ? std::string(escaped.data())
+             : byte < 0x20 || byte == 0x7F ? printed("\\u%04x", static_cast<unsigned>(byte))
                                            : std::string(1, c);
     }
     return out + "\"";
@@ -172,12 +169,12 @@ class Proposer {
     if (other && other->moves_s > std::max(taken->moves_s, 0.1 * other->logged_s)) {
       std::swap(taken, other);
     }
-    std::array<char, 80> seconds{};
-    std::snprintf(seconds.data(), seconds.size(), ": moves for %.2f of %.2f s", taken->moves_s, taken->logged_s);
-    out << "# " << taken->what << seconds.data() << ".\n" << taken->lines;
+    const auto summary = [](const Command& one) {
+      return "# " + one.what + printed(": moves for %.2f of %.2f s", one.moves_s, one.logged_s);
+    };
+    out << summary(*taken) << ".\n" << taken->lines;
     if (other) {
-      std::snprintf(seconds.data(), seconds.size(), ": moves for %.2f of %.2f s", other->moves_s, other->logged_s);
-      out << "# " << other->what << seconds.data() << "; if it flew the aircraft, take instead:\n";
+      out << summary(*other) << "; if it flew the aircraft, take instead:\n";
       std::istringstream lines(other->lines);
       for (std::string line; std::getline(lines, line);) {
         out << "# " << line << "\n";
