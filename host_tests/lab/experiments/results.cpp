@@ -47,7 +47,7 @@ std::vector<FlightResult> fly_seeds(const FlightPlan& plan, const SuiteOptions& 
   std::vector<FlightResult> out(static_cast<std::size_t>(options.seeds));
   on_all_cores(out.size(), [&](std::size_t i) {
     FlightPlan own = plan;
-    own.seed = plan.seed + i;
+    own.seed = options.seed + i;
     own.keep_log = i == 0 && plan.keep_log;
     out[i] = fly(own);
   });
