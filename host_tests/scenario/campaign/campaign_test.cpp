@@ -26,7 +26,7 @@ Campaign small() {
   campaign.tasks = tasks_of("hover,step_1m");
   campaign.first_seed = 7;
   campaign.flights = 2;
-  campaign.settings.vehicle = companion::as_file(mpc::generated::kVehicle);
+  campaign.settings.plan.vehicle = companion::as_file(mpc::generated::kVehicle);
   campaign.options = {"--channel", "movement"};
   return campaign;
 }
