@@ -20,7 +20,7 @@ MAX_MEMBERS, MAX_FOLDER = 20, 25
 BARS = {"sources without a header of their name": (15, 15, 54), "classes with more than 20 data members": (0, 0, 8),
         "folders with more than 25 sources": (0, 0, 8), "words of README.md": (900, 900, 3596),
         "words of all Markdown": (40456, 35000, 79403), "words of Markdown outside generated figures": (28082, 24000, 48078),
-        "lines of C++ without generated code": (158270, 128000, 129815)}
+        "lines of C++ without generated code": (158269, 128000, 129815)}
 # The lines rose five times: vibration and lever arm before a flight, what limits an aircraft; then unsigned poses on the
 # loopback (791), streamed set points (1030) and what false headings and attitudes do in the air (223).
 # Then came the names that both parts of a log settle (425) and, last, what a log says of its own sticks and of effects

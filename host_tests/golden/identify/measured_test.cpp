@@ -159,9 +159,8 @@ TEST(MeasuredFlight, ACoarseStickIsSaid) {
 // a jump of the response by a gain: the verdict looked at one side of the change only.
 TEST(MeasuredFlight, AnEventIsNotNamedAsAChange) {
   M100_SHARED_FILE_OR_SKIP(file, "data/m100/pitch_roll.csv");
-  constexpr double kCentre = 1024.0;
   const IdentifyResult lost = with_changed(file, "roll", kRollStick, [](const Cells& cells) {
-    return 50.6 < cells[kTime] && cells[kTime] < 52.1 ? kCentre : cells[kRollStick];
+    return 50.6 < cells[kTime] && cells[kTime] < 52.1 ? 1024.0 : cells[kRollStick];
   });
   EXPECT_EQ(lost.verdict, "unexplained");
   EXPECT_TRUE(lost.changes.empty());
@@ -172,27 +171,23 @@ TEST(MeasuredFlight, AnEventIsNotNamedAsAChange) {
 }
 
 /// What the measured pitch loses if its restoring force grows with the cube of the angle.
-class Stiffening {
- public:
+struct Stiffening {
+  struct State {
+    double angle = 0.0, rate = 0.0;
+  } linear, stiff;
+
   double operator()(const Cells& cells) {
     const double command = 8.8e-4 * (cells[kPitchStick] - 1024.0);
-    advance(command, 0.0, linear_);
-    advance(command, 8.0, stiff_);
-    return cells[kPitch] + stiff_.angle - linear_.angle;
+    advance(command, 0.0, linear);
+    advance(command, 8.0, stiff);
+    return cells[kPitch] + stiff.angle - linear.angle;
   }
-
- private:
-  struct State {
-    double angle = 0.0;
-    double rate = 0.0;
-  };
   static void advance(double command, double per_rad2, State& state) {
     constexpr double kRow_s = 0.01, kFrequency_rad_s = 5.84, kDamping = 0.77;
     const double force = command - state.angle - per_rad2 * state.angle * state.angle * state.angle;
     state.rate += kRow_s * kFrequency_rad_s * (kFrequency_rad_s * force - 2.0 * kDamping * state.rate);
     state.angle += kRow_s * state.rate;
   }
-  State linear_, stiff_;
 };
 
 // "Nothing missing" stood beside a page that drew what is left as a curve over the stick, with 37 % of it predicted.

@@ -42,14 +42,17 @@ bool is_compared(const TaskResult& result, const Row& row) {
   return paper_value(result, row) >= 0.0 && (!row.tilt || result.task->tilt_counts);
 }
 
-/// The plan's flights, one for each seed. Only the first one may keep its log.
+/// The plan's flights, one for each seed, in turn if they share a body. Only the first may keep its log.
 std::vector<FlightResult> fly_seeds(const FlightPlan& plan, const SuiteOptions& options) {
   std::vector<FlightResult> out(static_cast<std::size_t>(options.seeds));
-  on_all_cores(out.size(), [&](std::size_t i) {
-    FlightPlan own = plan;
-    own.seed = options.seed + i;
-    own.keep_log = i == 0 && plan.keep_log;
-    out[i] = fly(own);
+  const std::size_t at_once = plan.body == nullptr ? out.size() : 1;
+  on_all_cores(at_once, [&](std::size_t first) {
+    for (std::size_t i = first; i < out.size(); i += at_once) {
+      FlightPlan own = plan;
+      own.seed = options.seed + i;
+      own.keep_log = i == 0 && plan.keep_log;
+      out[i] = fly(own);
+    }
   });
   return out;
 }
