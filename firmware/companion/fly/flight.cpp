@@ -152,22 +152,6 @@ bool is_backed_up(BackupProcess& backup, BackupProcess::State& reported, core::T
   return state == State::kReady;
 }
 
-/// Logs the health of the link and the vibration once a second.
-void log_health(log::FlightLogWriter* log, const app::TickRecord<double>& record, core::TimePoint& logged_at) {
-  if (log == nullptr || record.now - logged_at < std::chrono::seconds(1)) {
-    return;
-  }
-  logged_at = record.now;
-  HealthText text{};
-  log->append(record.now, health_line(record.health, text));
-  const est::VibrationStatus& vibration = record.seen.consistency.vibration;
-  log->append(log::VibrationRecord{.timestamp = static_cast<std::uint64_t>(record.now.time_since_epoch().count()),
-                                   .rms = static_cast<float>(vibration.rms_m_s2),
-                                   .peak = static_cast<float>(vibration.peak_m_s2),
-                                   .clipped = static_cast<float>(vibration.clipped),
-                                   .velocity_sigma = static_cast<float>(vibration.velocity_sigma_m_s)});
-}
-
 void heartbeat(BackupProcess& backup, const hal::SerialPort& port, Controller& controller) {
   backup.set_port(port.descriptor(), port.openings());
   if (!backup.heartbeat(controller.link().authority().in_control)) {

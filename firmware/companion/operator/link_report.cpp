@@ -2,9 +2,11 @@
 #include "firmware/companion/operator/link_report.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <iomanip>
 #include <iostream>
+#include <string_view>
 
 #include "firmware/companion/files/text/printable.h"
 #include "firmware/companion/files/text/text_file.h"
@@ -14,6 +16,40 @@ namespace m100::companion {
 namespace {
 
 double milliseconds(core::Duration duration) { return core::seconds<double>(duration) * 1000.0; }
+
+std::string_view health_line(const link::LinkHealth& health, std::array<char, 1024>& space) {
+  std::size_t used = 0;
+  const auto add = [&](const char* format, const auto... values) {
+    const int wanted = std::snprintf(space.data() + used, space.size() - used, format, values...);
+    used = std::min(space.size() - 1, used + static_cast<std::size_t>(std::max(wanted, 0)));
+  };
+  add("link_health {\"telemetry_rate_hz\":%.4g,\"telemetry_age_s\":%.4g,\"longest_gap_s\":%.4g",
+      health.telemetry_rate_hz, core::seconds<double>(health.telemetry_age), core::seconds<double>(health.longest_gap));
+  add(",\"receive_share\":%.4g,\"send_share\":%.4g", health.receive_share, health.send_share);
+  for (std::size_t bin = 0; bin < health.jitter_histogram.size(); ++bin) {
+    add("%s%u", bin == 0 ? ",\"jitter_histogram\":[" : ",", health.jitter_histogram[bin]);
+  }
+  const protocol::ParserStats& parser = health.parser;
+  const auto count = [&](const char* name, std::uint64_t value) {
+    add(",\"%s\":%llu", name, static_cast<unsigned long long>(value));
+  };
+  add("%s", "]");
+  count("frames", parser.frames);
+  count("crc16_errors", parser.crc16_errors);
+  count("crc32_errors", parser.crc32_errors);
+  count("resyncs", parser.resyncs);
+  count("bytes_dropped", parser.bytes_dropped);
+  count("session_repeats", health.sessions.repeats);
+  count("session_failures", health.sessions.failures);
+  count("bad_packages", health.bad_packages);
+  count("old_packages", health.old_packages);
+  count("commands_sent", health.commands_sent);
+  count("commands_dropped", health.commands_dropped);
+  count("outages", health.outages);
+  count("restarts", health.restarts);
+  add("%s", "}");
+  return {space.data(), used};
+}
 
 }  // namespace
 
@@ -46,38 +82,19 @@ Json to_json(const link::LinkHealth& health) {
           {"restarts", health.restarts}};
 }
 
-std::string_view health_line(const link::LinkHealth& health, HealthText& space) {
-  std::size_t used = 0;
-  const auto add = [&](const char* format, const auto... values) {
-    const int wanted = std::snprintf(space.data() + used, space.size() - used, format, values...);
-    used = std::min(space.size() - 1, used + static_cast<std::size_t>(std::max(wanted, 0)));
-  };
-  add("link_health {\"telemetry_rate_hz\":%.4g,\"telemetry_age_s\":%.4g,\"longest_gap_s\":%.4g",
-      health.telemetry_rate_hz, core::seconds<double>(health.telemetry_age), core::seconds<double>(health.longest_gap));
-  add(",\"receive_share\":%.4g,\"send_share\":%.4g", health.receive_share, health.send_share);
-  for (std::size_t bin = 0; bin < health.jitter_histogram.size(); ++bin) {
-    add("%s%u", bin == 0 ? ",\"jitter_histogram\":[" : ",", health.jitter_histogram[bin]);
+void log_health(log::FlightLogWriter* log, const app::TickRecord<double>& record, core::TimePoint& logged_at) {
+  if (log == nullptr || record.now - logged_at < std::chrono::seconds(1)) {
+    return;
   }
-  const protocol::ParserStats& parser = health.parser;
-  const auto count = [&](const char* name, std::uint64_t value) {
-    add(",\"%s\":%llu", name, static_cast<unsigned long long>(value));
-  };
-  add("%s", "]");
-  count("frames", parser.frames);
-  count("crc16_errors", parser.crc16_errors);
-  count("crc32_errors", parser.crc32_errors);
-  count("resyncs", parser.resyncs);
-  count("bytes_dropped", parser.bytes_dropped);
-  count("session_repeats", health.sessions.repeats);
-  count("session_failures", health.sessions.failures);
-  count("bad_packages", health.bad_packages);
-  count("old_packages", health.old_packages);
-  count("commands_sent", health.commands_sent);
-  count("commands_dropped", health.commands_dropped);
-  count("outages", health.outages);
-  count("restarts", health.restarts);
-  add("%s", "}");
-  return {space.data(), used};
+  logged_at = record.now;
+  std::array<char, 1024> text{};
+  log->append(record.now, health_line(record.health, text));
+  const est::VibrationStatus& vibration = record.seen.consistency.vibration;
+  log->append(log::VibrationRecord{.timestamp = static_cast<std::uint64_t>(record.now.time_since_epoch().count()),
+                                   .rms = static_cast<float>(vibration.rms_m_s2),
+                                   .peak = static_cast<float>(vibration.peak_m_s2),
+                                   .clipped = static_cast<float>(vibration.clipped),
+                                   .velocity_sigma = static_cast<float>(vibration.velocity_sigma_m_s)});
 }
 
 void print(std::ostream& out, const link::LinkHealth& health) {

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <array>
 #include <ostream>
 #include <string>
-#include <string_view>
 
+#include "firmware/app/tick_record.h"
 #include "firmware/companion/files/text/json.h"
 #include "firmware/link/link_health.h"
+#include "firmware/log/flight_log.h"
 
 namespace m100::companion {
 
 /// The health of a link as one JSON object, in SI units.
 Json to_json(const link::LinkHealth& health);
-/// "link_health {...}": most numbers of to_json() in one line, for the flight log. No heap.
-using HealthText = std::array<char, 1024>;
-std::string_view health_line(const link::LinkHealth& health, HealthText& space);
+/// Logs the health of the link, "link_health {...}" with most numbers of to_json(), and the vibration, once a second.
+/// No heap. @param log  null: no log  @param logged_at  time of the last lines
+void log_health(log::FlightLogWriter* log, const app::TickRecord<double>& record, core::TimePoint& logged_at);
 
 /// The health of a link as a few lines for the operator.
 void print(std::ostream& out, const link::LinkHealth& health);
